@@ -1,0 +1,29 @@
+// kd-tree with the surface area heuristic (MacDonald & Booth 1990), perfect splits, O(N log N) (Wald & Havran 2006), parallel on
+// oneTBB, deterministic for any number of threads. Emits the memory image.
+#pragma once
+#include <functional>
+
+#include "geometry.hpp"
+#include "memory_image.hpp"
+
+namespace retrace {
+
+struct BuildOptions {
+  enum class Split { kSah, kSpatialMedian, kObjectMedian };
+  Split split = Split::kSah;
+  double traversal_cost = 1.0;     ///< cost of an interior step
+  double intersection_cost = 1.5;  ///< cost of a triangle test (measured choice, see docs)
+  double empty_bonus = 0.8;        ///< factor on the cost of a split that cuts off empty space
+  int max_depth = 0;               ///< 0: 8 + 1.3 log2(N), as is customary
+  std::function<void(double)> progress;  ///< fraction done, from any thread; may be empty
+};
+
+/// Builds the image of a snapped scene. A triangle is referenced from every leaf whose box, widened by kWiden, it touches
+/// (docs/memory-image.md). Throws Error when an index type is too small.
+MemoryImage build_kd(const GridScene& scene, const BuildOptions& options = {});
+
+/// Coefficients of the unit-triangle test for one triangle. `order` receives the file index (0..2) of the record's vertices 0, 1, 2:
+/// vertex 0 has the smallest height, vertex 2 the largest (ties: by the file's order), so u belongs to order[1] and v to order[2].
+contract::TriangleRecord make_unit_triangle(const GridTriangle& triangle, std::array<int, 3>* order = nullptr);
+
+}  // namespace retrace

@@ -1,0 +1,58 @@
+# Language level, warnings, sanitizers, third-party packages and ap_types, for every target of the project.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release)
+endif()
+# Assertions of the kernels and of the golden model stay on in every build.
+string(REPLACE "-DNDEBUG" "" CMAKE_CXX_FLAGS_RELEASE "${CMAKE_CXX_FLAGS_RELEASE}")
+string(REPLACE "-DNDEBUG" "" CMAKE_CXX_FLAGS_RELWITHDEBINFO "${CMAKE_CXX_FLAGS_RELWITHDEBINFO}")
+
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+endif()
+
+add_library(retrace_options INTERFACE)
+target_include_directories(retrace_options INTERFACE ${CMAKE_SOURCE_DIR})
+target_compile_options(retrace_options INTERFACE -Wall -Wextra -Wno-unknown-pragmas -ffp-contract=off)
+if(RETRACE_SANITIZE)
+  target_compile_options(retrace_options INTERFACE -fsanitize=${RETRACE_SANITIZE} -fno-sanitize-recover=all
+                                                   -fno-omit-frame-pointer)
+  target_link_options(retrace_options INTERFACE -fsanitize=${RETRACE_SANITIZE})
+endif()
+
+find_package(TBB REQUIRED)
+find_package(OpenImageIO REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(glm REQUIRED)
+find_path(TINYGLTF_INCLUDE_DIR tiny_gltf.h REQUIRED)
+find_package(embree 3 QUIET)  # oracle of the tests and yardstick of `retrace bench`; never needed to run the program
+
+set(_ap_candidates ${RETRACE_AP_TYPES})
+if(NOT RETRACE_AP_TYPES)
+  foreach(_root $ENV{XILINX_HLS} $ENV{XILINX_VITIS})
+    list(APPEND _ap_candidates ${_root}/include)
+  endforeach()
+  list(APPEND _ap_candidates ${CMAKE_SOURCE_DIR}/.env/ap_types)
+endif()
+find_path(RETRACE_AP_INCLUDE ap_int.h PATHS ${_ap_candidates} NO_DEFAULT_PATH)
+if(NOT RETRACE_AP_INCLUDE)
+  message(FATAL_ERROR "ap_int.h not found in: ${_ap_candidates}. Run scripts/setup.sh, or name a folder with -DRETRACE_AP_TYPES=")
+endif()
+add_library(retrace_ap_types INTERFACE)
+target_include_directories(retrace_ap_types SYSTEM INTERFACE ${RETRACE_AP_INCLUDE})
+
+# retrace_add_test(<name> <libraries...>): builds <name>.cpp with GoogleTest and registers it as one ctest entry of that name.
+# Every test reads RETRACE_SEED; scenes and models are found through the two definitions.
+set(RETRACE_MODELS_DIR /usr/share/assimp/models CACHE PATH "Debian's assimp-testmodels; tests that need a missing model are skipped")
+function(retrace_add_test name)
+  find_package(GTest REQUIRED)
+  add_executable(${name} ${name}.cpp)
+  target_link_libraries(${name} PRIVATE ${ARGN} GTest::gtest_main retrace_options)
+  target_compile_definitions(${name} PRIVATE RETRACE_MODELS_DIR="${RETRACE_MODELS_DIR}" RETRACE_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
+  add_test(NAME ${name} COMMAND ${name})
+endfunction()

