@@ -301,6 +301,45 @@ struct HitRecord {
   }
 };
 
+/// Work of one ray, as the kernels write it on request.
+struct WorkRecord {
+  static constexpr int kWords = 2;
+  std::uint32_t down{};  ///< Interior nodes visited on the way down.
+  std::uint32_t up{};  ///< Ancestors visited on the way up.
+  std::uint32_t leaf{};  ///< Leaves visited.
+  std::uint32_t tests{};  ///< Triangle tests carried out.
+  std::uint32_t skipped{};  ///< Tests that the mailbox saved.
+
+  static constexpr WorkRecord unpack(const std::uint64_t* words) {
+    WorkRecord r;
+    r.down = static_cast<std::uint32_t>(detail::get_bits(words, 0, 25));
+    r.up = static_cast<std::uint32_t>(detail::get_bits(words, 25, 25));
+    r.leaf = static_cast<std::uint32_t>(detail::get_bits(words, 50, 25));
+    r.tests = static_cast<std::uint32_t>(detail::get_bits(words, 75, 25));
+    r.skipped = static_cast<std::uint32_t>(detail::get_bits(words, 100, 25));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 25, down);
+    detail::put_bits(words, 25, 25, up);
+    detail::put_bits(words, 50, 25, leaf);
+    detail::put_bits(words, 75, 25, tests);
+    detail::put_bits(words, 100, 25, skipped);
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    ok = ok && detail::fits_unsigned(down, 25);
+    ok = ok && detail::fits_unsigned(up, 25);
+    ok = ok && detail::fits_unsigned(leaf, 25);
+    ok = ok && detail::fits_unsigned(tests, 25);
+    ok = ok && detail::fits_unsigned(skipped, 25);
+    return ok;
+  }
+};
+
 /// First two lines of a memory image. Offsets and sizes are in 64-byte lines.
 struct HeaderRecord {
   static constexpr int kWords = 16;
@@ -391,6 +430,593 @@ struct HeaderRecord {
 
   constexpr bool fits() const {
     bool ok = true;
+    return ok;
+  }
+};
+
+/// Ray and root box.
+struct RaySetupInRecord {
+  static constexpr int kWords = 8;
+  std::array<std::int32_t, 3> origin{};
+  std::array<std::int32_t, 3> direction{};
+  std::uint32_t t_max{};
+  std::uint32_t any{};
+  std::array<std::int32_t, 6> box{};  ///< Root box by face.
+
+  static constexpr RaySetupInRecord unpack(const std::uint64_t* words) {
+    RaySetupInRecord r;
+    r.origin[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 0, 27), 27));
+    r.origin[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 27, 27), 27));
+    r.origin[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 54, 27), 27));
+    r.direction[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 81, 27), 27));
+    r.direction[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 108, 27), 27));
+    r.direction[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 135, 27), 27));
+    r.t_max = static_cast<std::uint32_t>(detail::get_bits(words, 162, 27));
+    r.any = static_cast<std::uint32_t>(detail::get_bits(words, 189, 1));
+    r.box[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 190, 27), 27));
+    r.box[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 217, 27), 27));
+    r.box[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 244, 27), 27));
+    r.box[3] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 271, 27), 27));
+    r.box[4] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 298, 27), 27));
+    r.box[5] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 325, 27), 27));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[0])));
+    detail::put_bits(words, 27, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[1])));
+    detail::put_bits(words, 54, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[2])));
+    detail::put_bits(words, 81, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(direction[0])));
+    detail::put_bits(words, 108, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(direction[1])));
+    detail::put_bits(words, 135, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(direction[2])));
+    detail::put_bits(words, 162, 27, t_max);
+    detail::put_bits(words, 189, 1, any);
+    detail::put_bits(words, 190, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[0])));
+    detail::put_bits(words, 217, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[1])));
+    detail::put_bits(words, 244, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[2])));
+    detail::put_bits(words, 271, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[3])));
+    detail::put_bits(words, 298, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[4])));
+    detail::put_bits(words, 325, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[5])));
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    for (auto x : origin) ok = ok && detail::fits_signed(x, 27);
+    for (auto x : direction) ok = ok && detail::fits_signed(x, 27);
+    ok = ok && detail::fits_unsigned(t_max, 27);
+    ok = ok && detail::fits_unsigned(any, 1);
+    for (auto x : box) ok = ok && detail::fits_signed(x, 27);
+    return ok;
+  }
+};
+
+/// Ray state: the ray, its reciprocals, and whether it can be traced.
+struct RaySetupOutRecord {
+  static constexpr int kWords = 8;
+  std::array<std::int32_t, 3> origin{};
+  std::array<std::int32_t, 3> direction{};
+  std::array<std::int32_t, 3> reciprocal{};  ///< 0 on an axis whose direction is 0.
+  std::array<std::uint32_t, 3> shift{};
+  std::array<std::uint32_t, 3> zero{};  ///< Direction is 0 on that axis.
+  std::array<std::uint32_t, 3> negative{};  ///< Direction is below 0 on that axis.
+  std::uint32_t t_max{};
+  std::uint32_t any{};
+  std::uint32_t valid{};  ///< Direction is not zero and the origin lies in the box.
+
+  static constexpr RaySetupOutRecord unpack(const std::uint64_t* words) {
+    RaySetupOutRecord r;
+    r.origin[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 0, 27), 27));
+    r.origin[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 27, 27), 27));
+    r.origin[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 54, 27), 27));
+    r.direction[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 81, 27), 27));
+    r.direction[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 108, 27), 27));
+    r.direction[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 135, 27), 27));
+    r.reciprocal[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 162, 27), 27));
+    r.reciprocal[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 189, 27), 27));
+    r.reciprocal[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 216, 27), 27));
+    r.shift[0] = static_cast<std::uint32_t>(detail::get_bits(words, 243, 5));
+    r.shift[1] = static_cast<std::uint32_t>(detail::get_bits(words, 248, 5));
+    r.shift[2] = static_cast<std::uint32_t>(detail::get_bits(words, 253, 5));
+    r.zero[0] = static_cast<std::uint32_t>(detail::get_bits(words, 258, 1));
+    r.zero[1] = static_cast<std::uint32_t>(detail::get_bits(words, 259, 1));
+    r.zero[2] = static_cast<std::uint32_t>(detail::get_bits(words, 260, 1));
+    r.negative[0] = static_cast<std::uint32_t>(detail::get_bits(words, 261, 1));
+    r.negative[1] = static_cast<std::uint32_t>(detail::get_bits(words, 262, 1));
+    r.negative[2] = static_cast<std::uint32_t>(detail::get_bits(words, 263, 1));
+    r.t_max = static_cast<std::uint32_t>(detail::get_bits(words, 264, 27));
+    r.any = static_cast<std::uint32_t>(detail::get_bits(words, 291, 1));
+    r.valid = static_cast<std::uint32_t>(detail::get_bits(words, 292, 1));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[0])));
+    detail::put_bits(words, 27, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[1])));
+    detail::put_bits(words, 54, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[2])));
+    detail::put_bits(words, 81, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(direction[0])));
+    detail::put_bits(words, 108, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(direction[1])));
+    detail::put_bits(words, 135, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(direction[2])));
+    detail::put_bits(words, 162, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(reciprocal[0])));
+    detail::put_bits(words, 189, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(reciprocal[1])));
+    detail::put_bits(words, 216, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(reciprocal[2])));
+    detail::put_bits(words, 243, 5, shift[0]);
+    detail::put_bits(words, 248, 5, shift[1]);
+    detail::put_bits(words, 253, 5, shift[2]);
+    detail::put_bits(words, 258, 1, zero[0]);
+    detail::put_bits(words, 259, 1, zero[1]);
+    detail::put_bits(words, 260, 1, zero[2]);
+    detail::put_bits(words, 261, 1, negative[0]);
+    detail::put_bits(words, 262, 1, negative[1]);
+    detail::put_bits(words, 263, 1, negative[2]);
+    detail::put_bits(words, 264, 27, t_max);
+    detail::put_bits(words, 291, 1, any);
+    detail::put_bits(words, 292, 1, valid);
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    for (auto x : origin) ok = ok && detail::fits_signed(x, 27);
+    for (auto x : direction) ok = ok && detail::fits_signed(x, 27);
+    for (auto x : reciprocal) ok = ok && detail::fits_signed(x, 27);
+    for (auto x : shift) ok = ok && detail::fits_unsigned(x, 5);
+    for (auto x : zero) ok = ok && detail::fits_unsigned(x, 1);
+    for (auto x : negative) ok = ok && detail::fits_unsigned(x, 1);
+    ok = ok && detail::fits_unsigned(t_max, 27);
+    ok = ok && detail::fits_unsigned(any, 1);
+    ok = ok && detail::fits_unsigned(valid, 1);
+    return ok;
+  }
+};
+
+/// Interior node and the ray's values on its axis.
+struct KdDescendInRecord {
+  static constexpr int kWords = 4;
+  std::int32_t split{};
+  std::uint32_t child{};
+  std::int32_t origin{};
+  std::int32_t reciprocal{};
+  std::uint32_t shift{};
+  std::uint32_t zero{};
+  std::uint32_t negative{};
+  std::int32_t t{};
+
+  static constexpr KdDescendInRecord unpack(const std::uint64_t* words) {
+    KdDescendInRecord r;
+    r.split = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 0, 27), 27));
+    r.child = static_cast<std::uint32_t>(detail::get_bits(words, 27, 23));
+    r.origin = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 50, 27), 27));
+    r.reciprocal = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 77, 27), 27));
+    r.shift = static_cast<std::uint32_t>(detail::get_bits(words, 104, 5));
+    r.zero = static_cast<std::uint32_t>(detail::get_bits(words, 109, 1));
+    r.negative = static_cast<std::uint32_t>(detail::get_bits(words, 110, 1));
+    r.t = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 111, 28), 28));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(split)));
+    detail::put_bits(words, 27, 23, child);
+    detail::put_bits(words, 50, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin)));
+    detail::put_bits(words, 77, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(reciprocal)));
+    detail::put_bits(words, 104, 5, shift);
+    detail::put_bits(words, 109, 1, zero);
+    detail::put_bits(words, 110, 1, negative);
+    detail::put_bits(words, 111, 28, static_cast<std::uint64_t>(static_cast<std::int64_t>(t)));
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    ok = ok && detail::fits_signed(split, 27);
+    ok = ok && detail::fits_unsigned(child, 23);
+    ok = ok && detail::fits_signed(origin, 27);
+    ok = ok && detail::fits_signed(reciprocal, 27);
+    ok = ok && detail::fits_unsigned(shift, 5);
+    ok = ok && detail::fits_unsigned(zero, 1);
+    ok = ok && detail::fits_unsigned(negative, 1);
+    ok = ok && detail::fits_signed(t, 28);
+    return ok;
+  }
+};
+
+/// Child to go to.
+struct KdDescendOutRecord {
+  static constexpr int kWords = 1;
+  std::uint32_t node{};
+
+  static constexpr KdDescendOutRecord unpack(const std::uint64_t* words) {
+    KdDescendOutRecord r;
+    r.node = static_cast<std::uint32_t>(detail::get_bits(words, 0, 24));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 24, node);
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    ok = ok && detail::fits_unsigned(node, 24);
+    return ok;
+  }
+};
+
+/// Bounds of a leaf and the ray.
+struct LeafExitInRecord {
+  static constexpr int kWords = 8;
+  std::array<std::int32_t, 6> bound{};
+  std::array<std::int32_t, 3> origin{};
+  std::array<std::int32_t, 3> reciprocal{};
+  std::array<std::uint32_t, 3> shift{};
+  std::array<std::uint32_t, 3> zero{};
+  std::array<std::uint32_t, 3> negative{};
+  std::int32_t t{};
+
+  static constexpr LeafExitInRecord unpack(const std::uint64_t* words) {
+    LeafExitInRecord r;
+    r.bound[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 0, 27), 27));
+    r.bound[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 27, 27), 27));
+    r.bound[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 54, 27), 27));
+    r.bound[3] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 81, 27), 27));
+    r.bound[4] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 108, 27), 27));
+    r.bound[5] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 135, 27), 27));
+    r.origin[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 162, 27), 27));
+    r.origin[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 189, 27), 27));
+    r.origin[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 216, 27), 27));
+    r.reciprocal[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 243, 27), 27));
+    r.reciprocal[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 270, 27), 27));
+    r.reciprocal[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 297, 27), 27));
+    r.shift[0] = static_cast<std::uint32_t>(detail::get_bits(words, 324, 5));
+    r.shift[1] = static_cast<std::uint32_t>(detail::get_bits(words, 329, 5));
+    r.shift[2] = static_cast<std::uint32_t>(detail::get_bits(words, 334, 5));
+    r.zero[0] = static_cast<std::uint32_t>(detail::get_bits(words, 339, 1));
+    r.zero[1] = static_cast<std::uint32_t>(detail::get_bits(words, 340, 1));
+    r.zero[2] = static_cast<std::uint32_t>(detail::get_bits(words, 341, 1));
+    r.negative[0] = static_cast<std::uint32_t>(detail::get_bits(words, 342, 1));
+    r.negative[1] = static_cast<std::uint32_t>(detail::get_bits(words, 343, 1));
+    r.negative[2] = static_cast<std::uint32_t>(detail::get_bits(words, 344, 1));
+    r.t = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 345, 28), 28));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(bound[0])));
+    detail::put_bits(words, 27, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(bound[1])));
+    detail::put_bits(words, 54, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(bound[2])));
+    detail::put_bits(words, 81, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(bound[3])));
+    detail::put_bits(words, 108, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(bound[4])));
+    detail::put_bits(words, 135, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(bound[5])));
+    detail::put_bits(words, 162, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[0])));
+    detail::put_bits(words, 189, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[1])));
+    detail::put_bits(words, 216, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[2])));
+    detail::put_bits(words, 243, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(reciprocal[0])));
+    detail::put_bits(words, 270, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(reciprocal[1])));
+    detail::put_bits(words, 297, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(reciprocal[2])));
+    detail::put_bits(words, 324, 5, shift[0]);
+    detail::put_bits(words, 329, 5, shift[1]);
+    detail::put_bits(words, 334, 5, shift[2]);
+    detail::put_bits(words, 339, 1, zero[0]);
+    detail::put_bits(words, 340, 1, zero[1]);
+    detail::put_bits(words, 341, 1, zero[2]);
+    detail::put_bits(words, 342, 1, negative[0]);
+    detail::put_bits(words, 343, 1, negative[1]);
+    detail::put_bits(words, 344, 1, negative[2]);
+    detail::put_bits(words, 345, 28, static_cast<std::uint64_t>(static_cast<std::int64_t>(t)));
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    for (auto x : bound) ok = ok && detail::fits_signed(x, 27);
+    for (auto x : origin) ok = ok && detail::fits_signed(x, 27);
+    for (auto x : reciprocal) ok = ok && detail::fits_signed(x, 27);
+    for (auto x : shift) ok = ok && detail::fits_unsigned(x, 5);
+    for (auto x : zero) ok = ok && detail::fits_unsigned(x, 1);
+    for (auto x : negative) ok = ok && detail::fits_unsigned(x, 1);
+    ok = ok && detail::fits_signed(t, 28);
+    return ok;
+  }
+};
+
+/// Where the ray leaves the cell.
+struct LeafExitOutRecord {
+  static constexpr int kWords = 1;
+  std::int32_t t_exit{};  ///< Smallest t_plane of the three exit sides; the lowest axis on a tie.
+  std::uint32_t face{};  ///< The face it leaves through.
+  std::int32_t plane{};  ///< That face's plane.
+  std::uint32_t exits{};  ///< 0: all three directions are zero.
+  std::uint32_t broken{};  ///< t_exit < t, which no checked image gives.
+
+  static constexpr LeafExitOutRecord unpack(const std::uint64_t* words) {
+    LeafExitOutRecord r;
+    r.t_exit = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 0, 28), 28));
+    r.face = static_cast<std::uint32_t>(detail::get_bits(words, 28, 3));
+    r.plane = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 31, 27), 27));
+    r.exits = static_cast<std::uint32_t>(detail::get_bits(words, 58, 1));
+    r.broken = static_cast<std::uint32_t>(detail::get_bits(words, 59, 1));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 28, static_cast<std::uint64_t>(static_cast<std::int64_t>(t_exit)));
+    detail::put_bits(words, 28, 3, face);
+    detail::put_bits(words, 31, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(plane)));
+    detail::put_bits(words, 58, 1, exits);
+    detail::put_bits(words, 59, 1, broken);
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    ok = ok && detail::fits_signed(t_exit, 28);
+    ok = ok && detail::fits_unsigned(face, 3);
+    ok = ok && detail::fits_signed(plane, 27);
+    ok = ok && detail::fits_unsigned(exits, 1);
+    ok = ok && detail::fits_unsigned(broken, 1);
+    return ok;
+  }
+};
+
+/// One step up: the exit face, the node we are in and its parent.
+struct KdBacktrackInRecord {
+  static constexpr int kWords = 4;
+  std::uint32_t face{};
+  std::int32_t plane{};
+  std::uint32_t node{};  ///< Where we are.
+  std::uint32_t parent{};  ///< Its parent.
+  std::int32_t parent_split{};
+  std::uint32_t parent_axis{};
+  std::uint32_t parent_child{};
+
+  static constexpr KdBacktrackInRecord unpack(const std::uint64_t* words) {
+    KdBacktrackInRecord r;
+    r.face = static_cast<std::uint32_t>(detail::get_bits(words, 0, 3));
+    r.plane = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 3, 27), 27));
+    r.node = static_cast<std::uint32_t>(detail::get_bits(words, 30, 24));
+    r.parent = static_cast<std::uint32_t>(detail::get_bits(words, 54, 24));
+    r.parent_split = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 78, 27), 27));
+    r.parent_axis = static_cast<std::uint32_t>(detail::get_bits(words, 105, 2));
+    r.parent_child = static_cast<std::uint32_t>(detail::get_bits(words, 107, 23));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 3, face);
+    detail::put_bits(words, 3, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(plane)));
+    detail::put_bits(words, 30, 24, node);
+    detail::put_bits(words, 54, 24, parent);
+    detail::put_bits(words, 78, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(parent_split)));
+    detail::put_bits(words, 105, 2, parent_axis);
+    detail::put_bits(words, 107, 23, parent_child);
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    ok = ok && detail::fits_unsigned(face, 3);
+    ok = ok && detail::fits_signed(plane, 27);
+    ok = ok && detail::fits_unsigned(node, 24);
+    ok = ok && detail::fits_unsigned(parent, 24);
+    ok = ok && detail::fits_signed(parent_split, 27);
+    ok = ok && detail::fits_unsigned(parent_axis, 2);
+    ok = ok && detail::fits_unsigned(parent_child, 23);
+    return ok;
+  }
+};
+
+/// Where to go on.
+struct KdBacktrackOutRecord {
+  static constexpr int kWords = 1;
+  std::uint32_t node{};  ///< Matched: the far child, to go down from. Otherwise the parent.
+  std::uint32_t matched{};
+  std::uint32_t finished{};  ///< No match and the parent is the root: the ray has left the scene.
+  std::uint32_t bad{};  ///< The parent is a leaf: the image is corrupt.
+
+  static constexpr KdBacktrackOutRecord unpack(const std::uint64_t* words) {
+    KdBacktrackOutRecord r;
+    r.node = static_cast<std::uint32_t>(detail::get_bits(words, 0, 24));
+    r.matched = static_cast<std::uint32_t>(detail::get_bits(words, 24, 1));
+    r.finished = static_cast<std::uint32_t>(detail::get_bits(words, 25, 1));
+    r.bad = static_cast<std::uint32_t>(detail::get_bits(words, 26, 1));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 24, node);
+    detail::put_bits(words, 24, 1, matched);
+    detail::put_bits(words, 25, 1, finished);
+    detail::put_bits(words, 26, 1, bad);
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    ok = ok && detail::fits_unsigned(node, 24);
+    ok = ok && detail::fits_unsigned(matched, 1);
+    ok = ok && detail::fits_unsigned(finished, 1);
+    ok = ok && detail::fits_unsigned(bad, 1);
+    return ok;
+  }
+};
+
+/// Triangle record and ray.
+struct TriTestInRecord {
+  static constexpr int kWords = 16;
+  std::array<std::int32_t, 3> u{};
+  std::array<std::int32_t, 3> v{};
+  std::array<std::int32_t, 3> n{};
+  std::int32_t offset_u{};
+  std::int32_t offset_v{};
+  std::int32_t offset_n{};
+  std::uint32_t exponent_u{};
+  std::uint32_t exponent_v{};
+  std::uint32_t id{};
+  std::array<std::int32_t, 3> origin{};
+  std::array<std::int32_t, 3> direction{};
+
+  static constexpr TriTestInRecord unpack(const std::uint64_t* words) {
+    TriTestInRecord r;
+    r.u[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 0, 27), 27));
+    r.u[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 27, 27), 27));
+    r.u[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 54, 27), 27));
+    r.v[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 81, 27), 27));
+    r.v[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 108, 27), 27));
+    r.v[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 135, 27), 27));
+    r.n[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 162, 27), 27));
+    r.n[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 189, 27), 27));
+    r.n[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 216, 27), 27));
+    r.offset_u = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 243, 32), 32));
+    r.offset_v = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 275, 32), 32));
+    r.offset_n = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 307, 32), 32));
+    r.exponent_u = static_cast<std::uint32_t>(detail::get_bits(words, 339, 6));
+    r.exponent_v = static_cast<std::uint32_t>(detail::get_bits(words, 345, 6));
+    r.id = static_cast<std::uint32_t>(detail::get_bits(words, 351, 32));
+    r.origin[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 383, 27), 27));
+    r.origin[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 410, 27), 27));
+    r.origin[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 437, 27), 27));
+    r.direction[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 464, 27), 27));
+    r.direction[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 491, 27), 27));
+    r.direction[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 518, 27), 27));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(u[0])));
+    detail::put_bits(words, 27, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(u[1])));
+    detail::put_bits(words, 54, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(u[2])));
+    detail::put_bits(words, 81, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(v[0])));
+    detail::put_bits(words, 108, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(v[1])));
+    detail::put_bits(words, 135, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(v[2])));
+    detail::put_bits(words, 162, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(n[0])));
+    detail::put_bits(words, 189, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(n[1])));
+    detail::put_bits(words, 216, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(n[2])));
+    detail::put_bits(words, 243, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(offset_u)));
+    detail::put_bits(words, 275, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(offset_v)));
+    detail::put_bits(words, 307, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(offset_n)));
+    detail::put_bits(words, 339, 6, exponent_u);
+    detail::put_bits(words, 345, 6, exponent_v);
+    detail::put_bits(words, 351, 32, id);
+    detail::put_bits(words, 383, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[0])));
+    detail::put_bits(words, 410, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[1])));
+    detail::put_bits(words, 437, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[2])));
+    detail::put_bits(words, 464, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(direction[0])));
+    detail::put_bits(words, 491, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(direction[1])));
+    detail::put_bits(words, 518, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(direction[2])));
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    for (auto x : u) ok = ok && detail::fits_signed(x, 27);
+    for (auto x : v) ok = ok && detail::fits_signed(x, 27);
+    for (auto x : n) ok = ok && detail::fits_signed(x, 27);
+    ok = ok && detail::fits_unsigned(exponent_u, 6);
+    ok = ok && detail::fits_unsigned(exponent_v, 6);
+    for (auto x : origin) ok = ok && detail::fits_signed(x, 27);
+    for (auto x : direction) ok = ok && detail::fits_signed(x, 27);
+    return ok;
+  }
+};
+
+/// Candidate hit: what hit_finish needs of it. All 0 but id where there is no hit.
+struct TriTestOutRecord {
+  static constexpr int kWords = 4;
+  std::uint32_t hit{};
+  std::uint32_t t{};
+  std::uint32_t id{};
+  std::int64_t edge_u{};  ///< U.
+  std::int64_t edge_v{};  ///< V.
+  std::int32_t dz{};  ///< d'z, above 0.
+  std::uint32_t exponent_u{};
+  std::uint32_t exponent_v{};
+
+  static constexpr TriTestOutRecord unpack(const std::uint64_t* words) {
+    TriTestOutRecord r;
+    r.hit = static_cast<std::uint32_t>(detail::get_bits(words, 0, 1));
+    r.t = static_cast<std::uint32_t>(detail::get_bits(words, 1, 27));
+    r.id = static_cast<std::uint32_t>(detail::get_bits(words, 28, 32));
+    r.edge_u = static_cast<std::int64_t>(detail::sign_extend(detail::get_bits(words, 60, 55), 55));
+    r.edge_v = static_cast<std::int64_t>(detail::sign_extend(detail::get_bits(words, 115, 55), 55));
+    r.dz = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 170, 27), 27));
+    r.exponent_u = static_cast<std::uint32_t>(detail::get_bits(words, 197, 6));
+    r.exponent_v = static_cast<std::uint32_t>(detail::get_bits(words, 203, 6));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 1, hit);
+    detail::put_bits(words, 1, 27, t);
+    detail::put_bits(words, 28, 32, id);
+    detail::put_bits(words, 60, 55, static_cast<std::uint64_t>(static_cast<std::int64_t>(edge_u)));
+    detail::put_bits(words, 115, 55, static_cast<std::uint64_t>(static_cast<std::int64_t>(edge_v)));
+    detail::put_bits(words, 170, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(dz)));
+    detail::put_bits(words, 197, 6, exponent_u);
+    detail::put_bits(words, 203, 6, exponent_v);
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    ok = ok && detail::fits_unsigned(hit, 1);
+    ok = ok && detail::fits_unsigned(t, 27);
+    ok = ok && detail::fits_signed(edge_u, 55);
+    ok = ok && detail::fits_signed(edge_v, 55);
+    ok = ok && detail::fits_signed(dz, 27);
+    ok = ok && detail::fits_unsigned(exponent_u, 6);
+    ok = ok && detail::fits_unsigned(exponent_v, 6);
+    return ok;
+  }
+};
+
+/// Best candidate of a ray and the ray's status.
+struct HitFinishInRecord {
+  static constexpr int kWords = 4;
+  std::uint32_t status{};  ///< status_hit, or why not.
+  std::uint32_t t{};
+  std::uint32_t id{};
+  std::int64_t edge_u{};
+  std::int64_t edge_v{};
+  std::int32_t dz{};
+  std::uint32_t exponent_u{};
+  std::uint32_t exponent_v{};
+
+  static constexpr HitFinishInRecord unpack(const std::uint64_t* words) {
+    HitFinishInRecord r;
+    r.status = static_cast<std::uint32_t>(detail::get_bits(words, 0, 4));
+    r.t = static_cast<std::uint32_t>(detail::get_bits(words, 4, 27));
+    r.id = static_cast<std::uint32_t>(detail::get_bits(words, 31, 32));
+    r.edge_u = static_cast<std::int64_t>(detail::sign_extend(detail::get_bits(words, 63, 55), 55));
+    r.edge_v = static_cast<std::int64_t>(detail::sign_extend(detail::get_bits(words, 118, 55), 55));
+    r.dz = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 173, 27), 27));
+    r.exponent_u = static_cast<std::uint32_t>(detail::get_bits(words, 200, 6));
+    r.exponent_v = static_cast<std::uint32_t>(detail::get_bits(words, 206, 6));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 4, status);
+    detail::put_bits(words, 4, 27, t);
+    detail::put_bits(words, 31, 32, id);
+    detail::put_bits(words, 63, 55, static_cast<std::uint64_t>(static_cast<std::int64_t>(edge_u)));
+    detail::put_bits(words, 118, 55, static_cast<std::uint64_t>(static_cast<std::int64_t>(edge_v)));
+    detail::put_bits(words, 173, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(dz)));
+    detail::put_bits(words, 200, 6, exponent_u);
+    detail::put_bits(words, 206, 6, exponent_v);
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    ok = ok && detail::fits_unsigned(status, 4);
+    ok = ok && detail::fits_unsigned(t, 27);
+    ok = ok && detail::fits_signed(edge_u, 55);
+    ok = ok && detail::fits_signed(edge_v, 55);
+    ok = ok && detail::fits_signed(dz, 27);
+    ok = ok && detail::fits_unsigned(exponent_u, 6);
+    ok = ok && detail::fits_unsigned(exponent_v, 6);
     return ok;
   }
 };

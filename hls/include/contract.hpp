@@ -40,6 +40,7 @@ inline constexpr int kListIndexBits = 28;  // 28 bits: Position in the reference
 inline constexpr int kTriangleIdBits = 32;  // 32 bits: Triangle number in the scene as loaded; the lowest wins on equal t.
 inline constexpr int kStatusBits = 4;  // 4 bits: Outcome of a ray, see the status constants.
 inline constexpr int kFlagBits = 1;  // 1 bits: One bit.
+inline constexpr int kWorkCountBits = 25;  // 25 bits: Work counter of one ray.
 inline constexpr int kWord32Bits = 32;  // 32 bits: Plain 32-bit word.
 inline constexpr int kFloat64Bits = 64;  // 64 bits: Bits of an IEEE 754 double (host only).
 
@@ -71,6 +72,18 @@ inline constexpr int kTriangleBytes = 64;  // Unit-triangle transform. 64-byte s
 inline constexpr int kTriangleUsedBytes = 48;
 inline constexpr int kRayBytes = 32;  // Ray as the host writes it; the origin lies in the root box.
 inline constexpr int kHitBytes = 16;  // Hit as the core writes it.
+inline constexpr int kWorkBytes = 16;  // Work of one ray, as the kernels write it on request.
 inline constexpr int kHeaderBytes = 128;  // First two lines of a memory image. Offsets and sizes are in 64-byte lines.
+inline constexpr int kRaySetupInBytes = 64;  // Ray and root box.
+inline constexpr int kRaySetupOutBytes = 64;  // Ray state: the ray, its reciprocals, and whether it can be traced.
+inline constexpr int kKdDescendInBytes = 32;  // Interior node and the ray's values on its axis.
+inline constexpr int kKdDescendOutBytes = 4;  // Child to go to.
+inline constexpr int kLeafExitInBytes = 64;  // Bounds of a leaf and the ray.
+inline constexpr int kLeafExitOutBytes = 8;  // Where the ray leaves the cell.
+inline constexpr int kKdBacktrackInBytes = 32;  // One step up: the exit face, the node we are in and its parent.
+inline constexpr int kKdBacktrackOutBytes = 4;  // Where to go on.
+inline constexpr int kTriTestInBytes = 128;  // Triangle record and ray.
+inline constexpr int kTriTestOutBytes = 32;  // Candidate hit: what hit_finish needs of it. All 0 but id where there is no hit.
+inline constexpr int kHitFinishInBytes = 32;  // Best candidate of a ray and the ray's status.
 
 }  // namespace retrace::contract

@@ -31,7 +31,9 @@ typedef ap_uint<28> list_index_t;  // 28 bits
 typedef ap_uint<32> triangle_id_t;  // 32 bits
 typedef ap_uint<4> status_t;  // 4 bits
 typedef ap_uint<1> flag_t;  // 1 bits
+typedef ap_uint<25> work_count_t;  // 25 bits
 typedef ap_uint<32> word32_t;  // 32 bits
+typedef ap_uint<64> float64_t;  // 64 bits
 
 // Two siblings and the parent they share. 16 bytes: four pairs a 64-byte line, 8 bytes a node.
 static const int kNodePairWords = 1;       // words that are read
@@ -573,6 +575,1726 @@ inline void pack_hit(const hit_record& r, word_t words[1]) {
   high0 <<= 64;
   const word_t low0 = w0;
   words[0] = high0 | low0;
+}
+
+typedef ap_uint<128> hit_word_t;
+inline hit_record read_hit(const hit_word_t& bits) {
+  word_t words[1];
+  words[0] = bits;
+  return unpack_hit(words);
+}
+inline hit_word_t write_hit(const hit_record& record) {
+  word_t words[1];
+  pack_hit(record, words);
+  hit_word_t bits = words[0];
+  return bits;
+}
+
+// Work of one ray, as the kernels write it on request.
+static const int kWorkWords = 1;       // words that are read
+static const int kWorkStride = 1;      // words from one record to the next
+struct work_record {
+  work_count_t down;
+  work_count_t up;
+  work_count_t leaf;
+  work_count_t tests;
+  work_count_t skipped;
+};
+inline work_record unpack_work(const word_t words[1]) {
+  work_record r;
+  const ap_uint<64> w0 = words[0];
+  const ap_uint<64> w1 = words[0] >> 64;
+  r.down = w0;
+  r.up = w0 >> 25;
+  ap_uint<25> leaf0_low = w0 >> 50;
+  ap_uint<25> leaf0_high = w1;
+  leaf0_high <<= 14;
+  leaf0_low |= leaf0_high;
+  r.leaf = leaf0_low;
+  r.tests = w1 >> 11;
+  r.skipped = w1 >> 36;
+  return r;
+}
+inline void pack_work(const work_record& r, word_t words[1]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  const ap_uint<25> down0 = r.down;
+  ap_uint<64> down0_0 = down0;
+  w0 |= down0_0;
+  const ap_uint<25> up0 = r.up;
+  ap_uint<64> up0_0 = up0;
+  up0_0 <<= 25;
+  w0 |= up0_0;
+  const ap_uint<25> leaf0 = r.leaf;
+  ap_uint<64> leaf0_0 = leaf0;
+  leaf0_0 <<= 50;
+  w0 |= leaf0_0;
+  ap_uint<64> leaf0_14 = leaf0 >> 14;
+  w1 |= leaf0_14;
+  const ap_uint<25> tests0 = r.tests;
+  ap_uint<64> tests0_0 = tests0;
+  tests0_0 <<= 11;
+  w1 |= tests0_0;
+  const ap_uint<25> skipped0 = r.skipped;
+  ap_uint<64> skipped0_0 = skipped0;
+  skipped0_0 <<= 36;
+  w1 |= skipped0_0;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
+}
+
+// First two lines of a memory image. Offsets and sizes are in 64-byte lines.
+static const int kHeaderWords = 8;       // words that are read
+static const int kHeaderStride = 8;      // words from one record to the next
+struct header_record {
+  word32_t magic;
+  word32_t version;
+  word32_t lines;
+  word32_t checksum;
+  word32_t pair_offset;
+  word32_t pair_count;
+  word32_t leaf_offset;
+  word32_t leaf_count;
+  word32_t list_offset;
+  word32_t list_count;
+  word32_t triangle_offset;
+  word32_t triangle_count;
+  word32_t max_depth;
+  word32_t step_limit;
+  word32_t reserved[2];
+  word32_t box[6];
+  word32_t reserved_2[2];
+  float64_t scale;
+  float64_t center[3];
+};
+inline header_record unpack_header(const word_t words[8]) {
+  header_record r;
+  const ap_uint<64> w0 = words[0];
+  const ap_uint<64> w1 = words[0] >> 64;
+  const ap_uint<64> w2 = words[1];
+  const ap_uint<64> w3 = words[1] >> 64;
+  const ap_uint<64> w4 = words[2];
+  const ap_uint<64> w5 = words[2] >> 64;
+  const ap_uint<64> w6 = words[3];
+  const ap_uint<64> w7 = words[3] >> 64;
+  const ap_uint<64> w8 = words[4];
+  const ap_uint<64> w9 = words[4] >> 64;
+  const ap_uint<64> w10 = words[5];
+  const ap_uint<64> w11 = words[5] >> 64;
+  const ap_uint<64> w12 = words[6];
+  const ap_uint<64> w13 = words[6] >> 64;
+  const ap_uint<64> w14 = words[7];
+  const ap_uint<64> w15 = words[7] >> 64;
+  r.magic = w0;
+  r.version = w0 >> 32;
+  r.lines = w1;
+  r.checksum = w1 >> 32;
+  r.pair_offset = w2;
+  r.pair_count = w2 >> 32;
+  r.leaf_offset = w3;
+  r.leaf_count = w3 >> 32;
+  r.list_offset = w4;
+  r.list_count = w4 >> 32;
+  r.triangle_offset = w5;
+  r.triangle_count = w5 >> 32;
+  r.max_depth = w6;
+  r.step_limit = w6 >> 32;
+  r.reserved[0] = w7;
+  r.reserved[1] = w7 >> 32;
+  r.box[0] = w8;
+  r.box[1] = w8 >> 32;
+  r.box[2] = w9;
+  r.box[3] = w9 >> 32;
+  r.box[4] = w10;
+  r.box[5] = w10 >> 32;
+  r.reserved_2[0] = w11;
+  r.reserved_2[1] = w11 >> 32;
+  r.scale = w12;
+  r.center[0] = w13;
+  r.center[1] = w14;
+  r.center[2] = w15;
+  return r;
+}
+inline void pack_header(const header_record& r, word_t words[8]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  ap_uint<64> w2 = 0;
+  ap_uint<64> w3 = 0;
+  ap_uint<64> w4 = 0;
+  ap_uint<64> w5 = 0;
+  ap_uint<64> w6 = 0;
+  ap_uint<64> w7 = 0;
+  ap_uint<64> w8 = 0;
+  ap_uint<64> w9 = 0;
+  ap_uint<64> w10 = 0;
+  ap_uint<64> w11 = 0;
+  ap_uint<64> w12 = 0;
+  ap_uint<64> w13 = 0;
+  ap_uint<64> w14 = 0;
+  ap_uint<64> w15 = 0;
+  const ap_uint<32> magic0 = r.magic;
+  ap_uint<64> magic0_0 = magic0;
+  w0 |= magic0_0;
+  const ap_uint<32> version0 = r.version;
+  ap_uint<64> version0_0 = version0;
+  version0_0 <<= 32;
+  w0 |= version0_0;
+  const ap_uint<32> lines0 = r.lines;
+  ap_uint<64> lines0_0 = lines0;
+  w1 |= lines0_0;
+  const ap_uint<32> checksum0 = r.checksum;
+  ap_uint<64> checksum0_0 = checksum0;
+  checksum0_0 <<= 32;
+  w1 |= checksum0_0;
+  const ap_uint<32> pair_offset0 = r.pair_offset;
+  ap_uint<64> pair_offset0_0 = pair_offset0;
+  w2 |= pair_offset0_0;
+  const ap_uint<32> pair_count0 = r.pair_count;
+  ap_uint<64> pair_count0_0 = pair_count0;
+  pair_count0_0 <<= 32;
+  w2 |= pair_count0_0;
+  const ap_uint<32> leaf_offset0 = r.leaf_offset;
+  ap_uint<64> leaf_offset0_0 = leaf_offset0;
+  w3 |= leaf_offset0_0;
+  const ap_uint<32> leaf_count0 = r.leaf_count;
+  ap_uint<64> leaf_count0_0 = leaf_count0;
+  leaf_count0_0 <<= 32;
+  w3 |= leaf_count0_0;
+  const ap_uint<32> list_offset0 = r.list_offset;
+  ap_uint<64> list_offset0_0 = list_offset0;
+  w4 |= list_offset0_0;
+  const ap_uint<32> list_count0 = r.list_count;
+  ap_uint<64> list_count0_0 = list_count0;
+  list_count0_0 <<= 32;
+  w4 |= list_count0_0;
+  const ap_uint<32> triangle_offset0 = r.triangle_offset;
+  ap_uint<64> triangle_offset0_0 = triangle_offset0;
+  w5 |= triangle_offset0_0;
+  const ap_uint<32> triangle_count0 = r.triangle_count;
+  ap_uint<64> triangle_count0_0 = triangle_count0;
+  triangle_count0_0 <<= 32;
+  w5 |= triangle_count0_0;
+  const ap_uint<32> max_depth0 = r.max_depth;
+  ap_uint<64> max_depth0_0 = max_depth0;
+  w6 |= max_depth0_0;
+  const ap_uint<32> step_limit0 = r.step_limit;
+  ap_uint<64> step_limit0_0 = step_limit0;
+  step_limit0_0 <<= 32;
+  w6 |= step_limit0_0;
+  const ap_uint<32> reserved0 = r.reserved[0];
+  ap_uint<64> reserved0_0 = reserved0;
+  w7 |= reserved0_0;
+  const ap_uint<32> reserved1 = r.reserved[1];
+  ap_uint<64> reserved1_0 = reserved1;
+  reserved1_0 <<= 32;
+  w7 |= reserved1_0;
+  const ap_uint<32> box0 = r.box[0];
+  ap_uint<64> box0_0 = box0;
+  w8 |= box0_0;
+  const ap_uint<32> box1 = r.box[1];
+  ap_uint<64> box1_0 = box1;
+  box1_0 <<= 32;
+  w8 |= box1_0;
+  const ap_uint<32> box2 = r.box[2];
+  ap_uint<64> box2_0 = box2;
+  w9 |= box2_0;
+  const ap_uint<32> box3 = r.box[3];
+  ap_uint<64> box3_0 = box3;
+  box3_0 <<= 32;
+  w9 |= box3_0;
+  const ap_uint<32> box4 = r.box[4];
+  ap_uint<64> box4_0 = box4;
+  w10 |= box4_0;
+  const ap_uint<32> box5 = r.box[5];
+  ap_uint<64> box5_0 = box5;
+  box5_0 <<= 32;
+  w10 |= box5_0;
+  const ap_uint<32> reserved_20 = r.reserved_2[0];
+  ap_uint<64> reserved_20_0 = reserved_20;
+  w11 |= reserved_20_0;
+  const ap_uint<32> reserved_21 = r.reserved_2[1];
+  ap_uint<64> reserved_21_0 = reserved_21;
+  reserved_21_0 <<= 32;
+  w11 |= reserved_21_0;
+  const ap_uint<64> scale0 = r.scale;
+  ap_uint<64> scale0_0 = scale0;
+  w12 |= scale0_0;
+  const ap_uint<64> center0 = r.center[0];
+  ap_uint<64> center0_0 = center0;
+  w13 |= center0_0;
+  const ap_uint<64> center1 = r.center[1];
+  ap_uint<64> center1_0 = center1;
+  w14 |= center1_0;
+  const ap_uint<64> center2 = r.center[2];
+  ap_uint<64> center2_0 = center2;
+  w15 |= center2_0;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
+  word_t high1 = w3;
+  high1 <<= 64;
+  const word_t low1 = w2;
+  words[1] = high1 | low1;
+  word_t high2 = w5;
+  high2 <<= 64;
+  const word_t low2 = w4;
+  words[2] = high2 | low2;
+  word_t high3 = w7;
+  high3 <<= 64;
+  const word_t low3 = w6;
+  words[3] = high3 | low3;
+  word_t high4 = w9;
+  high4 <<= 64;
+  const word_t low4 = w8;
+  words[4] = high4 | low4;
+  word_t high5 = w11;
+  high5 <<= 64;
+  const word_t low5 = w10;
+  words[5] = high5 | low5;
+  word_t high6 = w13;
+  high6 <<= 64;
+  const word_t low6 = w12;
+  words[6] = high6 | low6;
+  word_t high7 = w15;
+  high7 <<= 64;
+  const word_t low7 = w14;
+  words[7] = high7 | low7;
+}
+
+// Ray and root box.
+static const int kRaySetupInWords = 4;       // words that are read
+static const int kRaySetupInStride = 4;      // words from one record to the next
+struct ray_setup_in_record {
+  position_t origin[3];
+  direction_t direction[3];
+  t_limit_t t_max;
+  flag_t any;
+  position_t box[6];
+};
+inline ray_setup_in_record unpack_ray_setup_in(const word_t words[4]) {
+  ray_setup_in_record r;
+  const ap_uint<64> w0 = words[0];
+  const ap_uint<64> w1 = words[0] >> 64;
+  const ap_uint<64> w2 = words[1];
+  const ap_uint<64> w3 = words[1] >> 64;
+  const ap_uint<64> w4 = words[2];
+  const ap_uint<64> w5 = words[2] >> 64;
+  r.origin[0] = w0;
+  r.origin[1] = w0 >> 27;
+  ap_uint<27> origin2_low = w0 >> 54;
+  ap_uint<27> origin2_high = w1;
+  origin2_high <<= 10;
+  origin2_low |= origin2_high;
+  r.origin[2] = origin2_low;
+  r.direction[0] = w1 >> 17;
+  ap_uint<27> direction1_low = w1 >> 44;
+  ap_uint<27> direction1_high = w2;
+  direction1_high <<= 20;
+  direction1_low |= direction1_high;
+  r.direction[1] = direction1_low;
+  r.direction[2] = w2 >> 7;
+  r.t_max = w2 >> 34;
+  r.any = w2 >> 61;
+  ap_uint<27> box0_low = w2 >> 62;
+  ap_uint<27> box0_high = w3;
+  box0_high <<= 2;
+  box0_low |= box0_high;
+  r.box[0] = box0_low;
+  r.box[1] = w3 >> 25;
+  ap_uint<27> box2_low = w3 >> 52;
+  ap_uint<27> box2_high = w4;
+  box2_high <<= 12;
+  box2_low |= box2_high;
+  r.box[2] = box2_low;
+  r.box[3] = w4 >> 15;
+  ap_uint<27> box4_low = w4 >> 42;
+  ap_uint<27> box4_high = w5;
+  box4_high <<= 22;
+  box4_low |= box4_high;
+  r.box[4] = box4_low;
+  r.box[5] = w5 >> 5;
+  return r;
+}
+inline void pack_ray_setup_in(const ray_setup_in_record& r, word_t words[4]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  ap_uint<64> w2 = 0;
+  ap_uint<64> w3 = 0;
+  ap_uint<64> w4 = 0;
+  ap_uint<64> w5 = 0;
+  ap_uint<64> w6 = 0;
+  ap_uint<64> w7 = 0;
+  const ap_uint<27> origin0 = r.origin[0];
+  ap_uint<64> origin0_0 = origin0;
+  w0 |= origin0_0;
+  const ap_uint<27> origin1 = r.origin[1];
+  ap_uint<64> origin1_0 = origin1;
+  origin1_0 <<= 27;
+  w0 |= origin1_0;
+  const ap_uint<27> origin2 = r.origin[2];
+  ap_uint<64> origin2_0 = origin2;
+  origin2_0 <<= 54;
+  w0 |= origin2_0;
+  ap_uint<64> origin2_10 = origin2 >> 10;
+  w1 |= origin2_10;
+  const ap_uint<27> direction0 = r.direction[0];
+  ap_uint<64> direction0_0 = direction0;
+  direction0_0 <<= 17;
+  w1 |= direction0_0;
+  const ap_uint<27> direction1 = r.direction[1];
+  ap_uint<64> direction1_0 = direction1;
+  direction1_0 <<= 44;
+  w1 |= direction1_0;
+  ap_uint<64> direction1_20 = direction1 >> 20;
+  w2 |= direction1_20;
+  const ap_uint<27> direction2 = r.direction[2];
+  ap_uint<64> direction2_0 = direction2;
+  direction2_0 <<= 7;
+  w2 |= direction2_0;
+  const ap_uint<27> t_max0 = r.t_max;
+  ap_uint<64> t_max0_0 = t_max0;
+  t_max0_0 <<= 34;
+  w2 |= t_max0_0;
+  const ap_uint<1> any0 = r.any;
+  ap_uint<64> any0_0 = any0;
+  any0_0 <<= 61;
+  w2 |= any0_0;
+  const ap_uint<27> box0 = r.box[0];
+  ap_uint<64> box0_0 = box0;
+  box0_0 <<= 62;
+  w2 |= box0_0;
+  ap_uint<64> box0_2 = box0 >> 2;
+  w3 |= box0_2;
+  const ap_uint<27> box1 = r.box[1];
+  ap_uint<64> box1_0 = box1;
+  box1_0 <<= 25;
+  w3 |= box1_0;
+  const ap_uint<27> box2 = r.box[2];
+  ap_uint<64> box2_0 = box2;
+  box2_0 <<= 52;
+  w3 |= box2_0;
+  ap_uint<64> box2_12 = box2 >> 12;
+  w4 |= box2_12;
+  const ap_uint<27> box3 = r.box[3];
+  ap_uint<64> box3_0 = box3;
+  box3_0 <<= 15;
+  w4 |= box3_0;
+  const ap_uint<27> box4 = r.box[4];
+  ap_uint<64> box4_0 = box4;
+  box4_0 <<= 42;
+  w4 |= box4_0;
+  ap_uint<64> box4_22 = box4 >> 22;
+  w5 |= box4_22;
+  const ap_uint<27> box5 = r.box[5];
+  ap_uint<64> box5_0 = box5;
+  box5_0 <<= 5;
+  w5 |= box5_0;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
+  word_t high1 = w3;
+  high1 <<= 64;
+  const word_t low1 = w2;
+  words[1] = high1 | low1;
+  word_t high2 = w5;
+  high2 <<= 64;
+  const word_t low2 = w4;
+  words[2] = high2 | low2;
+  word_t high3 = w7;
+  high3 <<= 64;
+  const word_t low3 = w6;
+  words[3] = high3 | low3;
+}
+
+typedef ap_uint<512> ray_setup_in_word_t;
+inline ray_setup_in_record read_ray_setup_in(const ray_setup_in_word_t& bits) {
+  word_t words[4];
+  words[0] = bits;
+  words[1] = bits >> 128;
+  words[2] = bits >> 256;
+  words[3] = bits >> 384;
+  return unpack_ray_setup_in(words);
+}
+inline ray_setup_in_word_t write_ray_setup_in(const ray_setup_in_record& record) {
+  word_t words[4];
+  pack_ray_setup_in(record, words);
+  ray_setup_in_word_t bits = words[0];
+  ray_setup_in_word_t part1 = words[1];
+  part1 <<= 128;
+  bits |= part1;
+  ray_setup_in_word_t part2 = words[2];
+  part2 <<= 256;
+  bits |= part2;
+  ray_setup_in_word_t part3 = words[3];
+  part3 <<= 384;
+  bits |= part3;
+  return bits;
+}
+
+// Ray state: the ray, its reciprocals, and whether it can be traced.
+static const int kRaySetupOutWords = 4;       // words that are read
+static const int kRaySetupOutStride = 4;      // words from one record to the next
+struct ray_setup_out_record {
+  position_t origin[3];
+  direction_t direction[3];
+  reciprocal_t reciprocal[3];
+  recip_shift_t shift[3];
+  flag_t zero[3];
+  flag_t negative[3];
+  t_limit_t t_max;
+  flag_t any;
+  flag_t valid;
+};
+inline ray_setup_out_record unpack_ray_setup_out(const word_t words[4]) {
+  ray_setup_out_record r;
+  const ap_uint<64> w0 = words[0];
+  const ap_uint<64> w1 = words[0] >> 64;
+  const ap_uint<64> w2 = words[1];
+  const ap_uint<64> w3 = words[1] >> 64;
+  const ap_uint<64> w4 = words[2];
+  r.origin[0] = w0;
+  r.origin[1] = w0 >> 27;
+  ap_uint<27> origin2_low = w0 >> 54;
+  ap_uint<27> origin2_high = w1;
+  origin2_high <<= 10;
+  origin2_low |= origin2_high;
+  r.origin[2] = origin2_low;
+  r.direction[0] = w1 >> 17;
+  ap_uint<27> direction1_low = w1 >> 44;
+  ap_uint<27> direction1_high = w2;
+  direction1_high <<= 20;
+  direction1_low |= direction1_high;
+  r.direction[1] = direction1_low;
+  r.direction[2] = w2 >> 7;
+  r.reciprocal[0] = w2 >> 34;
+  ap_uint<27> reciprocal1_low = w2 >> 61;
+  ap_uint<27> reciprocal1_high = w3;
+  reciprocal1_high <<= 3;
+  reciprocal1_low |= reciprocal1_high;
+  r.reciprocal[1] = reciprocal1_low;
+  r.reciprocal[2] = w3 >> 24;
+  r.shift[0] = w3 >> 51;
+  r.shift[1] = w3 >> 56;
+  ap_uint<5> shift2_low = w3 >> 61;
+  ap_uint<5> shift2_high = w4;
+  shift2_high <<= 3;
+  shift2_low |= shift2_high;
+  r.shift[2] = shift2_low;
+  r.zero[0] = w4 >> 2;
+  r.zero[1] = w4 >> 3;
+  r.zero[2] = w4 >> 4;
+  r.negative[0] = w4 >> 5;
+  r.negative[1] = w4 >> 6;
+  r.negative[2] = w4 >> 7;
+  r.t_max = w4 >> 8;
+  r.any = w4 >> 35;
+  r.valid = w4 >> 36;
+  return r;
+}
+inline void pack_ray_setup_out(const ray_setup_out_record& r, word_t words[4]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  ap_uint<64> w2 = 0;
+  ap_uint<64> w3 = 0;
+  ap_uint<64> w4 = 0;
+  ap_uint<64> w5 = 0;
+  ap_uint<64> w6 = 0;
+  ap_uint<64> w7 = 0;
+  const ap_uint<27> origin0 = r.origin[0];
+  ap_uint<64> origin0_0 = origin0;
+  w0 |= origin0_0;
+  const ap_uint<27> origin1 = r.origin[1];
+  ap_uint<64> origin1_0 = origin1;
+  origin1_0 <<= 27;
+  w0 |= origin1_0;
+  const ap_uint<27> origin2 = r.origin[2];
+  ap_uint<64> origin2_0 = origin2;
+  origin2_0 <<= 54;
+  w0 |= origin2_0;
+  ap_uint<64> origin2_10 = origin2 >> 10;
+  w1 |= origin2_10;
+  const ap_uint<27> direction0 = r.direction[0];
+  ap_uint<64> direction0_0 = direction0;
+  direction0_0 <<= 17;
+  w1 |= direction0_0;
+  const ap_uint<27> direction1 = r.direction[1];
+  ap_uint<64> direction1_0 = direction1;
+  direction1_0 <<= 44;
+  w1 |= direction1_0;
+  ap_uint<64> direction1_20 = direction1 >> 20;
+  w2 |= direction1_20;
+  const ap_uint<27> direction2 = r.direction[2];
+  ap_uint<64> direction2_0 = direction2;
+  direction2_0 <<= 7;
+  w2 |= direction2_0;
+  const ap_uint<27> reciprocal0 = r.reciprocal[0];
+  ap_uint<64> reciprocal0_0 = reciprocal0;
+  reciprocal0_0 <<= 34;
+  w2 |= reciprocal0_0;
+  const ap_uint<27> reciprocal1 = r.reciprocal[1];
+  ap_uint<64> reciprocal1_0 = reciprocal1;
+  reciprocal1_0 <<= 61;
+  w2 |= reciprocal1_0;
+  ap_uint<64> reciprocal1_3 = reciprocal1 >> 3;
+  w3 |= reciprocal1_3;
+  const ap_uint<27> reciprocal2 = r.reciprocal[2];
+  ap_uint<64> reciprocal2_0 = reciprocal2;
+  reciprocal2_0 <<= 24;
+  w3 |= reciprocal2_0;
+  const ap_uint<5> shift0 = r.shift[0];
+  ap_uint<64> shift0_0 = shift0;
+  shift0_0 <<= 51;
+  w3 |= shift0_0;
+  const ap_uint<5> shift1 = r.shift[1];
+  ap_uint<64> shift1_0 = shift1;
+  shift1_0 <<= 56;
+  w3 |= shift1_0;
+  const ap_uint<5> shift2 = r.shift[2];
+  ap_uint<64> shift2_0 = shift2;
+  shift2_0 <<= 61;
+  w3 |= shift2_0;
+  ap_uint<64> shift2_3 = shift2 >> 3;
+  w4 |= shift2_3;
+  const ap_uint<1> zero0 = r.zero[0];
+  ap_uint<64> zero0_0 = zero0;
+  zero0_0 <<= 2;
+  w4 |= zero0_0;
+  const ap_uint<1> zero1 = r.zero[1];
+  ap_uint<64> zero1_0 = zero1;
+  zero1_0 <<= 3;
+  w4 |= zero1_0;
+  const ap_uint<1> zero2 = r.zero[2];
+  ap_uint<64> zero2_0 = zero2;
+  zero2_0 <<= 4;
+  w4 |= zero2_0;
+  const ap_uint<1> negative0 = r.negative[0];
+  ap_uint<64> negative0_0 = negative0;
+  negative0_0 <<= 5;
+  w4 |= negative0_0;
+  const ap_uint<1> negative1 = r.negative[1];
+  ap_uint<64> negative1_0 = negative1;
+  negative1_0 <<= 6;
+  w4 |= negative1_0;
+  const ap_uint<1> negative2 = r.negative[2];
+  ap_uint<64> negative2_0 = negative2;
+  negative2_0 <<= 7;
+  w4 |= negative2_0;
+  const ap_uint<27> t_max0 = r.t_max;
+  ap_uint<64> t_max0_0 = t_max0;
+  t_max0_0 <<= 8;
+  w4 |= t_max0_0;
+  const ap_uint<1> any0 = r.any;
+  ap_uint<64> any0_0 = any0;
+  any0_0 <<= 35;
+  w4 |= any0_0;
+  const ap_uint<1> valid0 = r.valid;
+  ap_uint<64> valid0_0 = valid0;
+  valid0_0 <<= 36;
+  w4 |= valid0_0;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
+  word_t high1 = w3;
+  high1 <<= 64;
+  const word_t low1 = w2;
+  words[1] = high1 | low1;
+  word_t high2 = w5;
+  high2 <<= 64;
+  const word_t low2 = w4;
+  words[2] = high2 | low2;
+  word_t high3 = w7;
+  high3 <<= 64;
+  const word_t low3 = w6;
+  words[3] = high3 | low3;
+}
+
+typedef ap_uint<512> ray_setup_out_word_t;
+inline ray_setup_out_record read_ray_setup_out(const ray_setup_out_word_t& bits) {
+  word_t words[4];
+  words[0] = bits;
+  words[1] = bits >> 128;
+  words[2] = bits >> 256;
+  words[3] = bits >> 384;
+  return unpack_ray_setup_out(words);
+}
+inline ray_setup_out_word_t write_ray_setup_out(const ray_setup_out_record& record) {
+  word_t words[4];
+  pack_ray_setup_out(record, words);
+  ray_setup_out_word_t bits = words[0];
+  ray_setup_out_word_t part1 = words[1];
+  part1 <<= 128;
+  bits |= part1;
+  ray_setup_out_word_t part2 = words[2];
+  part2 <<= 256;
+  bits |= part2;
+  ray_setup_out_word_t part3 = words[3];
+  part3 <<= 384;
+  bits |= part3;
+  return bits;
+}
+
+// Interior node and the ray's values on its axis.
+static const int kKdDescendInWords = 2;       // words that are read
+static const int kKdDescendInStride = 2;      // words from one record to the next
+struct kd_descend_in_record {
+  position_t split;
+  pair_index_t child;
+  position_t origin;
+  reciprocal_t reciprocal;
+  recip_shift_t shift;
+  flag_t zero;
+  flag_t negative;
+  t_t t;
+};
+inline kd_descend_in_record unpack_kd_descend_in(const word_t words[2]) {
+  kd_descend_in_record r;
+  const ap_uint<64> w0 = words[0];
+  const ap_uint<64> w1 = words[0] >> 64;
+  const ap_uint<64> w2 = words[1];
+  r.split = w0;
+  r.child = w0 >> 27;
+  ap_uint<27> origin0_low = w0 >> 50;
+  ap_uint<27> origin0_high = w1;
+  origin0_high <<= 14;
+  origin0_low |= origin0_high;
+  r.origin = origin0_low;
+  r.reciprocal = w1 >> 13;
+  r.shift = w1 >> 40;
+  r.zero = w1 >> 45;
+  r.negative = w1 >> 46;
+  ap_uint<28> t0_low = w1 >> 47;
+  ap_uint<28> t0_high = w2;
+  t0_high <<= 17;
+  t0_low |= t0_high;
+  r.t = t0_low;
+  return r;
+}
+inline void pack_kd_descend_in(const kd_descend_in_record& r, word_t words[2]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  ap_uint<64> w2 = 0;
+  ap_uint<64> w3 = 0;
+  const ap_uint<27> split0 = r.split;
+  ap_uint<64> split0_0 = split0;
+  w0 |= split0_0;
+  const ap_uint<23> child0 = r.child;
+  ap_uint<64> child0_0 = child0;
+  child0_0 <<= 27;
+  w0 |= child0_0;
+  const ap_uint<27> origin0 = r.origin;
+  ap_uint<64> origin0_0 = origin0;
+  origin0_0 <<= 50;
+  w0 |= origin0_0;
+  ap_uint<64> origin0_14 = origin0 >> 14;
+  w1 |= origin0_14;
+  const ap_uint<27> reciprocal0 = r.reciprocal;
+  ap_uint<64> reciprocal0_0 = reciprocal0;
+  reciprocal0_0 <<= 13;
+  w1 |= reciprocal0_0;
+  const ap_uint<5> shift0 = r.shift;
+  ap_uint<64> shift0_0 = shift0;
+  shift0_0 <<= 40;
+  w1 |= shift0_0;
+  const ap_uint<1> zero0 = r.zero;
+  ap_uint<64> zero0_0 = zero0;
+  zero0_0 <<= 45;
+  w1 |= zero0_0;
+  const ap_uint<1> negative0 = r.negative;
+  ap_uint<64> negative0_0 = negative0;
+  negative0_0 <<= 46;
+  w1 |= negative0_0;
+  const ap_uint<28> t0 = r.t;
+  ap_uint<64> t0_0 = t0;
+  t0_0 <<= 47;
+  w1 |= t0_0;
+  ap_uint<64> t0_17 = t0 >> 17;
+  w2 |= t0_17;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
+  word_t high1 = w3;
+  high1 <<= 64;
+  const word_t low1 = w2;
+  words[1] = high1 | low1;
+}
+
+typedef ap_uint<256> kd_descend_in_word_t;
+inline kd_descend_in_record read_kd_descend_in(const kd_descend_in_word_t& bits) {
+  word_t words[2];
+  words[0] = bits;
+  words[1] = bits >> 128;
+  return unpack_kd_descend_in(words);
+}
+inline kd_descend_in_word_t write_kd_descend_in(const kd_descend_in_record& record) {
+  word_t words[2];
+  pack_kd_descend_in(record, words);
+  kd_descend_in_word_t bits = words[0];
+  kd_descend_in_word_t part1 = words[1];
+  part1 <<= 128;
+  bits |= part1;
+  return bits;
+}
+
+// Child to go to.
+static const int kKdDescendOutWords = 1;       // words that are read
+static const int kKdDescendOutStride = 1;      // words from one record to the next
+struct kd_descend_out_record {
+  node_index_t node;
+};
+inline kd_descend_out_record unpack_kd_descend_out(const word_t words[1]) {
+  kd_descend_out_record r;
+  const ap_uint<64> w0 = words[0];
+  r.node = w0;
+  return r;
+}
+inline void pack_kd_descend_out(const kd_descend_out_record& r, word_t words[1]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  const ap_uint<24> node0 = r.node;
+  ap_uint<64> node0_0 = node0;
+  w0 |= node0_0;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
+}
+
+typedef ap_uint<32> kd_descend_out_word_t;
+inline kd_descend_out_record read_kd_descend_out(const kd_descend_out_word_t& bits) {
+  word_t words[1];
+  words[0] = bits;
+  return unpack_kd_descend_out(words);
+}
+inline kd_descend_out_word_t write_kd_descend_out(const kd_descend_out_record& record) {
+  word_t words[1];
+  pack_kd_descend_out(record, words);
+  kd_descend_out_word_t bits = words[0];
+  return bits;
+}
+
+// Bounds of a leaf and the ray.
+static const int kLeafExitInWords = 4;       // words that are read
+static const int kLeafExitInStride = 4;      // words from one record to the next
+struct leaf_exit_in_record {
+  position_t bound[6];
+  position_t origin[3];
+  reciprocal_t reciprocal[3];
+  recip_shift_t shift[3];
+  flag_t zero[3];
+  flag_t negative[3];
+  t_t t;
+};
+inline leaf_exit_in_record unpack_leaf_exit_in(const word_t words[4]) {
+  leaf_exit_in_record r;
+  const ap_uint<64> w0 = words[0];
+  const ap_uint<64> w1 = words[0] >> 64;
+  const ap_uint<64> w2 = words[1];
+  const ap_uint<64> w3 = words[1] >> 64;
+  const ap_uint<64> w4 = words[2];
+  const ap_uint<64> w5 = words[2] >> 64;
+  r.bound[0] = w0;
+  r.bound[1] = w0 >> 27;
+  ap_uint<27> bound2_low = w0 >> 54;
+  ap_uint<27> bound2_high = w1;
+  bound2_high <<= 10;
+  bound2_low |= bound2_high;
+  r.bound[2] = bound2_low;
+  r.bound[3] = w1 >> 17;
+  ap_uint<27> bound4_low = w1 >> 44;
+  ap_uint<27> bound4_high = w2;
+  bound4_high <<= 20;
+  bound4_low |= bound4_high;
+  r.bound[4] = bound4_low;
+  r.bound[5] = w2 >> 7;
+  r.origin[0] = w2 >> 34;
+  ap_uint<27> origin1_low = w2 >> 61;
+  ap_uint<27> origin1_high = w3;
+  origin1_high <<= 3;
+  origin1_low |= origin1_high;
+  r.origin[1] = origin1_low;
+  r.origin[2] = w3 >> 24;
+  ap_uint<27> reciprocal0_low = w3 >> 51;
+  ap_uint<27> reciprocal0_high = w4;
+  reciprocal0_high <<= 13;
+  reciprocal0_low |= reciprocal0_high;
+  r.reciprocal[0] = reciprocal0_low;
+  r.reciprocal[1] = w4 >> 14;
+  ap_uint<27> reciprocal2_low = w4 >> 41;
+  ap_uint<27> reciprocal2_high = w5;
+  reciprocal2_high <<= 23;
+  reciprocal2_low |= reciprocal2_high;
+  r.reciprocal[2] = reciprocal2_low;
+  r.shift[0] = w5 >> 4;
+  r.shift[1] = w5 >> 9;
+  r.shift[2] = w5 >> 14;
+  r.zero[0] = w5 >> 19;
+  r.zero[1] = w5 >> 20;
+  r.zero[2] = w5 >> 21;
+  r.negative[0] = w5 >> 22;
+  r.negative[1] = w5 >> 23;
+  r.negative[2] = w5 >> 24;
+  r.t = w5 >> 25;
+  return r;
+}
+inline void pack_leaf_exit_in(const leaf_exit_in_record& r, word_t words[4]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  ap_uint<64> w2 = 0;
+  ap_uint<64> w3 = 0;
+  ap_uint<64> w4 = 0;
+  ap_uint<64> w5 = 0;
+  ap_uint<64> w6 = 0;
+  ap_uint<64> w7 = 0;
+  const ap_uint<27> bound0 = r.bound[0];
+  ap_uint<64> bound0_0 = bound0;
+  w0 |= bound0_0;
+  const ap_uint<27> bound1 = r.bound[1];
+  ap_uint<64> bound1_0 = bound1;
+  bound1_0 <<= 27;
+  w0 |= bound1_0;
+  const ap_uint<27> bound2 = r.bound[2];
+  ap_uint<64> bound2_0 = bound2;
+  bound2_0 <<= 54;
+  w0 |= bound2_0;
+  ap_uint<64> bound2_10 = bound2 >> 10;
+  w1 |= bound2_10;
+  const ap_uint<27> bound3 = r.bound[3];
+  ap_uint<64> bound3_0 = bound3;
+  bound3_0 <<= 17;
+  w1 |= bound3_0;
+  const ap_uint<27> bound4 = r.bound[4];
+  ap_uint<64> bound4_0 = bound4;
+  bound4_0 <<= 44;
+  w1 |= bound4_0;
+  ap_uint<64> bound4_20 = bound4 >> 20;
+  w2 |= bound4_20;
+  const ap_uint<27> bound5 = r.bound[5];
+  ap_uint<64> bound5_0 = bound5;
+  bound5_0 <<= 7;
+  w2 |= bound5_0;
+  const ap_uint<27> origin0 = r.origin[0];
+  ap_uint<64> origin0_0 = origin0;
+  origin0_0 <<= 34;
+  w2 |= origin0_0;
+  const ap_uint<27> origin1 = r.origin[1];
+  ap_uint<64> origin1_0 = origin1;
+  origin1_0 <<= 61;
+  w2 |= origin1_0;
+  ap_uint<64> origin1_3 = origin1 >> 3;
+  w3 |= origin1_3;
+  const ap_uint<27> origin2 = r.origin[2];
+  ap_uint<64> origin2_0 = origin2;
+  origin2_0 <<= 24;
+  w3 |= origin2_0;
+  const ap_uint<27> reciprocal0 = r.reciprocal[0];
+  ap_uint<64> reciprocal0_0 = reciprocal0;
+  reciprocal0_0 <<= 51;
+  w3 |= reciprocal0_0;
+  ap_uint<64> reciprocal0_13 = reciprocal0 >> 13;
+  w4 |= reciprocal0_13;
+  const ap_uint<27> reciprocal1 = r.reciprocal[1];
+  ap_uint<64> reciprocal1_0 = reciprocal1;
+  reciprocal1_0 <<= 14;
+  w4 |= reciprocal1_0;
+  const ap_uint<27> reciprocal2 = r.reciprocal[2];
+  ap_uint<64> reciprocal2_0 = reciprocal2;
+  reciprocal2_0 <<= 41;
+  w4 |= reciprocal2_0;
+  ap_uint<64> reciprocal2_23 = reciprocal2 >> 23;
+  w5 |= reciprocal2_23;
+  const ap_uint<5> shift0 = r.shift[0];
+  ap_uint<64> shift0_0 = shift0;
+  shift0_0 <<= 4;
+  w5 |= shift0_0;
+  const ap_uint<5> shift1 = r.shift[1];
+  ap_uint<64> shift1_0 = shift1;
+  shift1_0 <<= 9;
+  w5 |= shift1_0;
+  const ap_uint<5> shift2 = r.shift[2];
+  ap_uint<64> shift2_0 = shift2;
+  shift2_0 <<= 14;
+  w5 |= shift2_0;
+  const ap_uint<1> zero0 = r.zero[0];
+  ap_uint<64> zero0_0 = zero0;
+  zero0_0 <<= 19;
+  w5 |= zero0_0;
+  const ap_uint<1> zero1 = r.zero[1];
+  ap_uint<64> zero1_0 = zero1;
+  zero1_0 <<= 20;
+  w5 |= zero1_0;
+  const ap_uint<1> zero2 = r.zero[2];
+  ap_uint<64> zero2_0 = zero2;
+  zero2_0 <<= 21;
+  w5 |= zero2_0;
+  const ap_uint<1> negative0 = r.negative[0];
+  ap_uint<64> negative0_0 = negative0;
+  negative0_0 <<= 22;
+  w5 |= negative0_0;
+  const ap_uint<1> negative1 = r.negative[1];
+  ap_uint<64> negative1_0 = negative1;
+  negative1_0 <<= 23;
+  w5 |= negative1_0;
+  const ap_uint<1> negative2 = r.negative[2];
+  ap_uint<64> negative2_0 = negative2;
+  negative2_0 <<= 24;
+  w5 |= negative2_0;
+  const ap_uint<28> t0 = r.t;
+  ap_uint<64> t0_0 = t0;
+  t0_0 <<= 25;
+  w5 |= t0_0;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
+  word_t high1 = w3;
+  high1 <<= 64;
+  const word_t low1 = w2;
+  words[1] = high1 | low1;
+  word_t high2 = w5;
+  high2 <<= 64;
+  const word_t low2 = w4;
+  words[2] = high2 | low2;
+  word_t high3 = w7;
+  high3 <<= 64;
+  const word_t low3 = w6;
+  words[3] = high3 | low3;
+}
+
+typedef ap_uint<512> leaf_exit_in_word_t;
+inline leaf_exit_in_record read_leaf_exit_in(const leaf_exit_in_word_t& bits) {
+  word_t words[4];
+  words[0] = bits;
+  words[1] = bits >> 128;
+  words[2] = bits >> 256;
+  words[3] = bits >> 384;
+  return unpack_leaf_exit_in(words);
+}
+inline leaf_exit_in_word_t write_leaf_exit_in(const leaf_exit_in_record& record) {
+  word_t words[4];
+  pack_leaf_exit_in(record, words);
+  leaf_exit_in_word_t bits = words[0];
+  leaf_exit_in_word_t part1 = words[1];
+  part1 <<= 128;
+  bits |= part1;
+  leaf_exit_in_word_t part2 = words[2];
+  part2 <<= 256;
+  bits |= part2;
+  leaf_exit_in_word_t part3 = words[3];
+  part3 <<= 384;
+  bits |= part3;
+  return bits;
+}
+
+// Where the ray leaves the cell.
+static const int kLeafExitOutWords = 1;       // words that are read
+static const int kLeafExitOutStride = 1;      // words from one record to the next
+struct leaf_exit_out_record {
+  t_t t_exit;
+  face_t face;
+  position_t plane;
+  flag_t exits;
+  flag_t broken;
+};
+inline leaf_exit_out_record unpack_leaf_exit_out(const word_t words[1]) {
+  leaf_exit_out_record r;
+  const ap_uint<64> w0 = words[0];
+  r.t_exit = w0;
+  r.face = w0 >> 28;
+  r.plane = w0 >> 31;
+  r.exits = w0 >> 58;
+  r.broken = w0 >> 59;
+  return r;
+}
+inline void pack_leaf_exit_out(const leaf_exit_out_record& r, word_t words[1]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  const ap_uint<28> t_exit0 = r.t_exit;
+  ap_uint<64> t_exit0_0 = t_exit0;
+  w0 |= t_exit0_0;
+  const ap_uint<3> face0 = r.face;
+  ap_uint<64> face0_0 = face0;
+  face0_0 <<= 28;
+  w0 |= face0_0;
+  const ap_uint<27> plane0 = r.plane;
+  ap_uint<64> plane0_0 = plane0;
+  plane0_0 <<= 31;
+  w0 |= plane0_0;
+  const ap_uint<1> exits0 = r.exits;
+  ap_uint<64> exits0_0 = exits0;
+  exits0_0 <<= 58;
+  w0 |= exits0_0;
+  const ap_uint<1> broken0 = r.broken;
+  ap_uint<64> broken0_0 = broken0;
+  broken0_0 <<= 59;
+  w0 |= broken0_0;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
+}
+
+typedef ap_uint<64> leaf_exit_out_word_t;
+inline leaf_exit_out_record read_leaf_exit_out(const leaf_exit_out_word_t& bits) {
+  word_t words[1];
+  words[0] = bits;
+  return unpack_leaf_exit_out(words);
+}
+inline leaf_exit_out_word_t write_leaf_exit_out(const leaf_exit_out_record& record) {
+  word_t words[1];
+  pack_leaf_exit_out(record, words);
+  leaf_exit_out_word_t bits = words[0];
+  return bits;
+}
+
+// One step up: the exit face, the node we are in and its parent.
+static const int kKdBacktrackInWords = 2;       // words that are read
+static const int kKdBacktrackInStride = 2;      // words from one record to the next
+struct kd_backtrack_in_record {
+  face_t face;
+  position_t plane;
+  node_index_t node;
+  node_index_t parent;
+  position_t parent_split;
+  axis_t parent_axis;
+  pair_index_t parent_child;
+};
+inline kd_backtrack_in_record unpack_kd_backtrack_in(const word_t words[2]) {
+  kd_backtrack_in_record r;
+  const ap_uint<64> w0 = words[0];
+  const ap_uint<64> w1 = words[0] >> 64;
+  const ap_uint<64> w2 = words[1];
+  r.face = w0;
+  r.plane = w0 >> 3;
+  r.node = w0 >> 30;
+  ap_uint<24> parent0_low = w0 >> 54;
+  ap_uint<24> parent0_high = w1;
+  parent0_high <<= 10;
+  parent0_low |= parent0_high;
+  r.parent = parent0_low;
+  r.parent_split = w1 >> 14;
+  r.parent_axis = w1 >> 41;
+  ap_uint<23> parent_child0_low = w1 >> 43;
+  ap_uint<23> parent_child0_high = w2;
+  parent_child0_high <<= 21;
+  parent_child0_low |= parent_child0_high;
+  r.parent_child = parent_child0_low;
+  return r;
+}
+inline void pack_kd_backtrack_in(const kd_backtrack_in_record& r, word_t words[2]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  ap_uint<64> w2 = 0;
+  ap_uint<64> w3 = 0;
+  const ap_uint<3> face0 = r.face;
+  ap_uint<64> face0_0 = face0;
+  w0 |= face0_0;
+  const ap_uint<27> plane0 = r.plane;
+  ap_uint<64> plane0_0 = plane0;
+  plane0_0 <<= 3;
+  w0 |= plane0_0;
+  const ap_uint<24> node0 = r.node;
+  ap_uint<64> node0_0 = node0;
+  node0_0 <<= 30;
+  w0 |= node0_0;
+  const ap_uint<24> parent0 = r.parent;
+  ap_uint<64> parent0_0 = parent0;
+  parent0_0 <<= 54;
+  w0 |= parent0_0;
+  ap_uint<64> parent0_10 = parent0 >> 10;
+  w1 |= parent0_10;
+  const ap_uint<27> parent_split0 = r.parent_split;
+  ap_uint<64> parent_split0_0 = parent_split0;
+  parent_split0_0 <<= 14;
+  w1 |= parent_split0_0;
+  const ap_uint<2> parent_axis0 = r.parent_axis;
+  ap_uint<64> parent_axis0_0 = parent_axis0;
+  parent_axis0_0 <<= 41;
+  w1 |= parent_axis0_0;
+  const ap_uint<23> parent_child0 = r.parent_child;
+  ap_uint<64> parent_child0_0 = parent_child0;
+  parent_child0_0 <<= 43;
+  w1 |= parent_child0_0;
+  ap_uint<64> parent_child0_21 = parent_child0 >> 21;
+  w2 |= parent_child0_21;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
+  word_t high1 = w3;
+  high1 <<= 64;
+  const word_t low1 = w2;
+  words[1] = high1 | low1;
+}
+
+typedef ap_uint<256> kd_backtrack_in_word_t;
+inline kd_backtrack_in_record read_kd_backtrack_in(const kd_backtrack_in_word_t& bits) {
+  word_t words[2];
+  words[0] = bits;
+  words[1] = bits >> 128;
+  return unpack_kd_backtrack_in(words);
+}
+inline kd_backtrack_in_word_t write_kd_backtrack_in(const kd_backtrack_in_record& record) {
+  word_t words[2];
+  pack_kd_backtrack_in(record, words);
+  kd_backtrack_in_word_t bits = words[0];
+  kd_backtrack_in_word_t part1 = words[1];
+  part1 <<= 128;
+  bits |= part1;
+  return bits;
+}
+
+// Where to go on.
+static const int kKdBacktrackOutWords = 1;       // words that are read
+static const int kKdBacktrackOutStride = 1;      // words from one record to the next
+struct kd_backtrack_out_record {
+  node_index_t node;
+  flag_t matched;
+  flag_t finished;
+  flag_t bad;
+};
+inline kd_backtrack_out_record unpack_kd_backtrack_out(const word_t words[1]) {
+  kd_backtrack_out_record r;
+  const ap_uint<64> w0 = words[0];
+  r.node = w0;
+  r.matched = w0 >> 24;
+  r.finished = w0 >> 25;
+  r.bad = w0 >> 26;
+  return r;
+}
+inline void pack_kd_backtrack_out(const kd_backtrack_out_record& r, word_t words[1]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  const ap_uint<24> node0 = r.node;
+  ap_uint<64> node0_0 = node0;
+  w0 |= node0_0;
+  const ap_uint<1> matched0 = r.matched;
+  ap_uint<64> matched0_0 = matched0;
+  matched0_0 <<= 24;
+  w0 |= matched0_0;
+  const ap_uint<1> finished0 = r.finished;
+  ap_uint<64> finished0_0 = finished0;
+  finished0_0 <<= 25;
+  w0 |= finished0_0;
+  const ap_uint<1> bad0 = r.bad;
+  ap_uint<64> bad0_0 = bad0;
+  bad0_0 <<= 26;
+  w0 |= bad0_0;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
+}
+
+typedef ap_uint<32> kd_backtrack_out_word_t;
+inline kd_backtrack_out_record read_kd_backtrack_out(const kd_backtrack_out_word_t& bits) {
+  word_t words[1];
+  words[0] = bits;
+  return unpack_kd_backtrack_out(words);
+}
+inline kd_backtrack_out_word_t write_kd_backtrack_out(const kd_backtrack_out_record& record) {
+  word_t words[1];
+  pack_kd_backtrack_out(record, words);
+  kd_backtrack_out_word_t bits = words[0];
+  return bits;
+}
+
+// Triangle record and ray.
+static const int kTriTestInWords = 8;       // words that are read
+static const int kTriTestInStride = 8;      // words from one record to the next
+struct tri_test_in_record {
+  coefficient_t u[3];
+  coefficient_t v[3];
+  coefficient_t n[3];
+  offset_t offset_u;
+  offset_t offset_v;
+  offset_t offset_n;
+  exponent_t exponent_u;
+  exponent_t exponent_v;
+  triangle_id_t id;
+  position_t origin[3];
+  direction_t direction[3];
+};
+inline tri_test_in_record unpack_tri_test_in(const word_t words[8]) {
+  tri_test_in_record r;
+  const ap_uint<64> w0 = words[0];
+  const ap_uint<64> w1 = words[0] >> 64;
+  const ap_uint<64> w2 = words[1];
+  const ap_uint<64> w3 = words[1] >> 64;
+  const ap_uint<64> w4 = words[2];
+  const ap_uint<64> w5 = words[2] >> 64;
+  const ap_uint<64> w6 = words[3];
+  const ap_uint<64> w7 = words[3] >> 64;
+  const ap_uint<64> w8 = words[4];
+  r.u[0] = w0;
+  r.u[1] = w0 >> 27;
+  ap_uint<27> u2_low = w0 >> 54;
+  ap_uint<27> u2_high = w1;
+  u2_high <<= 10;
+  u2_low |= u2_high;
+  r.u[2] = u2_low;
+  r.v[0] = w1 >> 17;
+  ap_uint<27> v1_low = w1 >> 44;
+  ap_uint<27> v1_high = w2;
+  v1_high <<= 20;
+  v1_low |= v1_high;
+  r.v[1] = v1_low;
+  r.v[2] = w2 >> 7;
+  r.n[0] = w2 >> 34;
+  ap_uint<27> n1_low = w2 >> 61;
+  ap_uint<27> n1_high = w3;
+  n1_high <<= 3;
+  n1_low |= n1_high;
+  r.n[1] = n1_low;
+  r.n[2] = w3 >> 24;
+  ap_uint<32> offset_u0_low = w3 >> 51;
+  ap_uint<32> offset_u0_high = w4;
+  offset_u0_high <<= 13;
+  offset_u0_low |= offset_u0_high;
+  r.offset_u = offset_u0_low;
+  r.offset_v = w4 >> 19;
+  ap_uint<32> offset_n0_low = w4 >> 51;
+  ap_uint<32> offset_n0_high = w5;
+  offset_n0_high <<= 13;
+  offset_n0_low |= offset_n0_high;
+  r.offset_n = offset_n0_low;
+  r.exponent_u = w5 >> 19;
+  r.exponent_v = w5 >> 25;
+  r.id = w5 >> 31;
+  ap_uint<27> origin0_low = w5 >> 63;
+  ap_uint<27> origin0_high = w6;
+  origin0_high <<= 1;
+  origin0_low |= origin0_high;
+  r.origin[0] = origin0_low;
+  r.origin[1] = w6 >> 26;
+  ap_uint<27> origin2_low = w6 >> 53;
+  ap_uint<27> origin2_high = w7;
+  origin2_high <<= 11;
+  origin2_low |= origin2_high;
+  r.origin[2] = origin2_low;
+  r.direction[0] = w7 >> 16;
+  ap_uint<27> direction1_low = w7 >> 43;
+  ap_uint<27> direction1_high = w8;
+  direction1_high <<= 21;
+  direction1_low |= direction1_high;
+  r.direction[1] = direction1_low;
+  r.direction[2] = w8 >> 6;
+  return r;
+}
+inline void pack_tri_test_in(const tri_test_in_record& r, word_t words[8]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  ap_uint<64> w2 = 0;
+  ap_uint<64> w3 = 0;
+  ap_uint<64> w4 = 0;
+  ap_uint<64> w5 = 0;
+  ap_uint<64> w6 = 0;
+  ap_uint<64> w7 = 0;
+  ap_uint<64> w8 = 0;
+  ap_uint<64> w9 = 0;
+  ap_uint<64> w10 = 0;
+  ap_uint<64> w11 = 0;
+  ap_uint<64> w12 = 0;
+  ap_uint<64> w13 = 0;
+  ap_uint<64> w14 = 0;
+  ap_uint<64> w15 = 0;
+  const ap_uint<27> u0 = r.u[0];
+  ap_uint<64> u0_0 = u0;
+  w0 |= u0_0;
+  const ap_uint<27> u1 = r.u[1];
+  ap_uint<64> u1_0 = u1;
+  u1_0 <<= 27;
+  w0 |= u1_0;
+  const ap_uint<27> u2 = r.u[2];
+  ap_uint<64> u2_0 = u2;
+  u2_0 <<= 54;
+  w0 |= u2_0;
+  ap_uint<64> u2_10 = u2 >> 10;
+  w1 |= u2_10;
+  const ap_uint<27> v0 = r.v[0];
+  ap_uint<64> v0_0 = v0;
+  v0_0 <<= 17;
+  w1 |= v0_0;
+  const ap_uint<27> v1 = r.v[1];
+  ap_uint<64> v1_0 = v1;
+  v1_0 <<= 44;
+  w1 |= v1_0;
+  ap_uint<64> v1_20 = v1 >> 20;
+  w2 |= v1_20;
+  const ap_uint<27> v2 = r.v[2];
+  ap_uint<64> v2_0 = v2;
+  v2_0 <<= 7;
+  w2 |= v2_0;
+  const ap_uint<27> n0 = r.n[0];
+  ap_uint<64> n0_0 = n0;
+  n0_0 <<= 34;
+  w2 |= n0_0;
+  const ap_uint<27> n1 = r.n[1];
+  ap_uint<64> n1_0 = n1;
+  n1_0 <<= 61;
+  w2 |= n1_0;
+  ap_uint<64> n1_3 = n1 >> 3;
+  w3 |= n1_3;
+  const ap_uint<27> n2 = r.n[2];
+  ap_uint<64> n2_0 = n2;
+  n2_0 <<= 24;
+  w3 |= n2_0;
+  const ap_uint<32> offset_u0 = r.offset_u;
+  ap_uint<64> offset_u0_0 = offset_u0;
+  offset_u0_0 <<= 51;
+  w3 |= offset_u0_0;
+  ap_uint<64> offset_u0_13 = offset_u0 >> 13;
+  w4 |= offset_u0_13;
+  const ap_uint<32> offset_v0 = r.offset_v;
+  ap_uint<64> offset_v0_0 = offset_v0;
+  offset_v0_0 <<= 19;
+  w4 |= offset_v0_0;
+  const ap_uint<32> offset_n0 = r.offset_n;
+  ap_uint<64> offset_n0_0 = offset_n0;
+  offset_n0_0 <<= 51;
+  w4 |= offset_n0_0;
+  ap_uint<64> offset_n0_13 = offset_n0 >> 13;
+  w5 |= offset_n0_13;
+  const ap_uint<6> exponent_u0 = r.exponent_u;
+  ap_uint<64> exponent_u0_0 = exponent_u0;
+  exponent_u0_0 <<= 19;
+  w5 |= exponent_u0_0;
+  const ap_uint<6> exponent_v0 = r.exponent_v;
+  ap_uint<64> exponent_v0_0 = exponent_v0;
+  exponent_v0_0 <<= 25;
+  w5 |= exponent_v0_0;
+  const ap_uint<32> id0 = r.id;
+  ap_uint<64> id0_0 = id0;
+  id0_0 <<= 31;
+  w5 |= id0_0;
+  const ap_uint<27> origin0 = r.origin[0];
+  ap_uint<64> origin0_0 = origin0;
+  origin0_0 <<= 63;
+  w5 |= origin0_0;
+  ap_uint<64> origin0_1 = origin0 >> 1;
+  w6 |= origin0_1;
+  const ap_uint<27> origin1 = r.origin[1];
+  ap_uint<64> origin1_0 = origin1;
+  origin1_0 <<= 26;
+  w6 |= origin1_0;
+  const ap_uint<27> origin2 = r.origin[2];
+  ap_uint<64> origin2_0 = origin2;
+  origin2_0 <<= 53;
+  w6 |= origin2_0;
+  ap_uint<64> origin2_11 = origin2 >> 11;
+  w7 |= origin2_11;
+  const ap_uint<27> direction0 = r.direction[0];
+  ap_uint<64> direction0_0 = direction0;
+  direction0_0 <<= 16;
+  w7 |= direction0_0;
+  const ap_uint<27> direction1 = r.direction[1];
+  ap_uint<64> direction1_0 = direction1;
+  direction1_0 <<= 43;
+  w7 |= direction1_0;
+  ap_uint<64> direction1_21 = direction1 >> 21;
+  w8 |= direction1_21;
+  const ap_uint<27> direction2 = r.direction[2];
+  ap_uint<64> direction2_0 = direction2;
+  direction2_0 <<= 6;
+  w8 |= direction2_0;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
+  word_t high1 = w3;
+  high1 <<= 64;
+  const word_t low1 = w2;
+  words[1] = high1 | low1;
+  word_t high2 = w5;
+  high2 <<= 64;
+  const word_t low2 = w4;
+  words[2] = high2 | low2;
+  word_t high3 = w7;
+  high3 <<= 64;
+  const word_t low3 = w6;
+  words[3] = high3 | low3;
+  word_t high4 = w9;
+  high4 <<= 64;
+  const word_t low4 = w8;
+  words[4] = high4 | low4;
+  word_t high5 = w11;
+  high5 <<= 64;
+  const word_t low5 = w10;
+  words[5] = high5 | low5;
+  word_t high6 = w13;
+  high6 <<= 64;
+  const word_t low6 = w12;
+  words[6] = high6 | low6;
+  word_t high7 = w15;
+  high7 <<= 64;
+  const word_t low7 = w14;
+  words[7] = high7 | low7;
+}
+
+typedef ap_uint<1024> tri_test_in_word_t;
+inline tri_test_in_record read_tri_test_in(const tri_test_in_word_t& bits) {
+  word_t words[8];
+  words[0] = bits;
+  words[1] = bits >> 128;
+  words[2] = bits >> 256;
+  words[3] = bits >> 384;
+  words[4] = bits >> 512;
+  words[5] = bits >> 640;
+  words[6] = bits >> 768;
+  words[7] = bits >> 896;
+  return unpack_tri_test_in(words);
+}
+inline tri_test_in_word_t write_tri_test_in(const tri_test_in_record& record) {
+  word_t words[8];
+  pack_tri_test_in(record, words);
+  tri_test_in_word_t bits = words[0];
+  tri_test_in_word_t part1 = words[1];
+  part1 <<= 128;
+  bits |= part1;
+  tri_test_in_word_t part2 = words[2];
+  part2 <<= 256;
+  bits |= part2;
+  tri_test_in_word_t part3 = words[3];
+  part3 <<= 384;
+  bits |= part3;
+  tri_test_in_word_t part4 = words[4];
+  part4 <<= 512;
+  bits |= part4;
+  tri_test_in_word_t part5 = words[5];
+  part5 <<= 640;
+  bits |= part5;
+  tri_test_in_word_t part6 = words[6];
+  part6 <<= 768;
+  bits |= part6;
+  tri_test_in_word_t part7 = words[7];
+  part7 <<= 896;
+  bits |= part7;
+  return bits;
+}
+
+// Candidate hit: what hit_finish needs of it. All 0 but id where there is no hit.
+static const int kTriTestOutWords = 2;       // words that are read
+static const int kTriTestOutStride = 2;      // words from one record to the next
+struct tri_test_out_record {
+  flag_t hit;
+  t_limit_t t;
+  triangle_id_t id;
+  edge_t edge_u;
+  edge_t edge_v;
+  row_direction_t dz;
+  exponent_t exponent_u;
+  exponent_t exponent_v;
+};
+inline tri_test_out_record unpack_tri_test_out(const word_t words[2]) {
+  tri_test_out_record r;
+  const ap_uint<64> w0 = words[0];
+  const ap_uint<64> w1 = words[0] >> 64;
+  const ap_uint<64> w2 = words[1];
+  const ap_uint<64> w3 = words[1] >> 64;
+  r.hit = w0;
+  r.t = w0 >> 1;
+  r.id = w0 >> 28;
+  ap_uint<55> edge_u0_low = w0 >> 60;
+  ap_uint<55> edge_u0_high = w1;
+  edge_u0_high <<= 4;
+  edge_u0_low |= edge_u0_high;
+  r.edge_u = edge_u0_low;
+  ap_uint<55> edge_v0_low = w1 >> 51;
+  ap_uint<55> edge_v0_high = w2;
+  edge_v0_high <<= 13;
+  edge_v0_low |= edge_v0_high;
+  r.edge_v = edge_v0_low;
+  ap_uint<27> dz0_low = w2 >> 42;
+  ap_uint<27> dz0_high = w3;
+  dz0_high <<= 22;
+  dz0_low |= dz0_high;
+  r.dz = dz0_low;
+  r.exponent_u = w3 >> 5;
+  r.exponent_v = w3 >> 11;
+  return r;
+}
+inline void pack_tri_test_out(const tri_test_out_record& r, word_t words[2]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  ap_uint<64> w2 = 0;
+  ap_uint<64> w3 = 0;
+  const ap_uint<1> hit0 = r.hit;
+  ap_uint<64> hit0_0 = hit0;
+  w0 |= hit0_0;
+  const ap_uint<27> t0 = r.t;
+  ap_uint<64> t0_0 = t0;
+  t0_0 <<= 1;
+  w0 |= t0_0;
+  const ap_uint<32> id0 = r.id;
+  ap_uint<64> id0_0 = id0;
+  id0_0 <<= 28;
+  w0 |= id0_0;
+  const ap_uint<55> edge_u0 = r.edge_u;
+  ap_uint<64> edge_u0_0 = edge_u0;
+  edge_u0_0 <<= 60;
+  w0 |= edge_u0_0;
+  ap_uint<64> edge_u0_4 = edge_u0 >> 4;
+  w1 |= edge_u0_4;
+  const ap_uint<55> edge_v0 = r.edge_v;
+  ap_uint<64> edge_v0_0 = edge_v0;
+  edge_v0_0 <<= 51;
+  w1 |= edge_v0_0;
+  ap_uint<64> edge_v0_13 = edge_v0 >> 13;
+  w2 |= edge_v0_13;
+  const ap_uint<27> dz0 = r.dz;
+  ap_uint<64> dz0_0 = dz0;
+  dz0_0 <<= 42;
+  w2 |= dz0_0;
+  ap_uint<64> dz0_22 = dz0 >> 22;
+  w3 |= dz0_22;
+  const ap_uint<6> exponent_u0 = r.exponent_u;
+  ap_uint<64> exponent_u0_0 = exponent_u0;
+  exponent_u0_0 <<= 5;
+  w3 |= exponent_u0_0;
+  const ap_uint<6> exponent_v0 = r.exponent_v;
+  ap_uint<64> exponent_v0_0 = exponent_v0;
+  exponent_v0_0 <<= 11;
+  w3 |= exponent_v0_0;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
+  word_t high1 = w3;
+  high1 <<= 64;
+  const word_t low1 = w2;
+  words[1] = high1 | low1;
+}
+
+typedef ap_uint<256> tri_test_out_word_t;
+inline tri_test_out_record read_tri_test_out(const tri_test_out_word_t& bits) {
+  word_t words[2];
+  words[0] = bits;
+  words[1] = bits >> 128;
+  return unpack_tri_test_out(words);
+}
+inline tri_test_out_word_t write_tri_test_out(const tri_test_out_record& record) {
+  word_t words[2];
+  pack_tri_test_out(record, words);
+  tri_test_out_word_t bits = words[0];
+  tri_test_out_word_t part1 = words[1];
+  part1 <<= 128;
+  bits |= part1;
+  return bits;
+}
+
+// Best candidate of a ray and the ray's status.
+static const int kHitFinishInWords = 2;       // words that are read
+static const int kHitFinishInStride = 2;      // words from one record to the next
+struct hit_finish_in_record {
+  status_t status;
+  t_limit_t t;
+  triangle_id_t id;
+  edge_t edge_u;
+  edge_t edge_v;
+  row_direction_t dz;
+  exponent_t exponent_u;
+  exponent_t exponent_v;
+};
+inline hit_finish_in_record unpack_hit_finish_in(const word_t words[2]) {
+  hit_finish_in_record r;
+  const ap_uint<64> w0 = words[0];
+  const ap_uint<64> w1 = words[0] >> 64;
+  const ap_uint<64> w2 = words[1];
+  const ap_uint<64> w3 = words[1] >> 64;
+  r.status = w0;
+  r.t = w0 >> 4;
+  r.id = w0 >> 31;
+  ap_uint<55> edge_u0_low = w0 >> 63;
+  ap_uint<55> edge_u0_high = w1;
+  edge_u0_high <<= 1;
+  edge_u0_low |= edge_u0_high;
+  r.edge_u = edge_u0_low;
+  ap_uint<55> edge_v0_low = w1 >> 54;
+  ap_uint<55> edge_v0_high = w2;
+  edge_v0_high <<= 10;
+  edge_v0_low |= edge_v0_high;
+  r.edge_v = edge_v0_low;
+  ap_uint<27> dz0_low = w2 >> 45;
+  ap_uint<27> dz0_high = w3;
+  dz0_high <<= 19;
+  dz0_low |= dz0_high;
+  r.dz = dz0_low;
+  r.exponent_u = w3 >> 8;
+  r.exponent_v = w3 >> 14;
+  return r;
+}
+inline void pack_hit_finish_in(const hit_finish_in_record& r, word_t words[2]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  ap_uint<64> w2 = 0;
+  ap_uint<64> w3 = 0;
+  const ap_uint<4> status0 = r.status;
+  ap_uint<64> status0_0 = status0;
+  w0 |= status0_0;
+  const ap_uint<27> t0 = r.t;
+  ap_uint<64> t0_0 = t0;
+  t0_0 <<= 4;
+  w0 |= t0_0;
+  const ap_uint<32> id0 = r.id;
+  ap_uint<64> id0_0 = id0;
+  id0_0 <<= 31;
+  w0 |= id0_0;
+  const ap_uint<55> edge_u0 = r.edge_u;
+  ap_uint<64> edge_u0_0 = edge_u0;
+  edge_u0_0 <<= 63;
+  w0 |= edge_u0_0;
+  ap_uint<64> edge_u0_1 = edge_u0 >> 1;
+  w1 |= edge_u0_1;
+  const ap_uint<55> edge_v0 = r.edge_v;
+  ap_uint<64> edge_v0_0 = edge_v0;
+  edge_v0_0 <<= 54;
+  w1 |= edge_v0_0;
+  ap_uint<64> edge_v0_10 = edge_v0 >> 10;
+  w2 |= edge_v0_10;
+  const ap_uint<27> dz0 = r.dz;
+  ap_uint<64> dz0_0 = dz0;
+  dz0_0 <<= 45;
+  w2 |= dz0_0;
+  ap_uint<64> dz0_19 = dz0 >> 19;
+  w3 |= dz0_19;
+  const ap_uint<6> exponent_u0 = r.exponent_u;
+  ap_uint<64> exponent_u0_0 = exponent_u0;
+  exponent_u0_0 <<= 8;
+  w3 |= exponent_u0_0;
+  const ap_uint<6> exponent_v0 = r.exponent_v;
+  ap_uint<64> exponent_v0_0 = exponent_v0;
+  exponent_v0_0 <<= 14;
+  w3 |= exponent_v0_0;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
+  word_t high1 = w3;
+  high1 <<= 64;
+  const word_t low1 = w2;
+  words[1] = high1 | low1;
+}
+
+typedef ap_uint<256> hit_finish_in_word_t;
+inline hit_finish_in_record read_hit_finish_in(const hit_finish_in_word_t& bits) {
+  word_t words[2];
+  words[0] = bits;
+  words[1] = bits >> 128;
+  return unpack_hit_finish_in(words);
+}
+inline hit_finish_in_word_t write_hit_finish_in(const hit_finish_in_record& record) {
+  word_t words[2];
+  pack_hit_finish_in(record, words);
+  hit_finish_in_word_t bits = words[0];
+  hit_finish_in_word_t part1 = words[1];
+  part1 <<= 128;
+  bits |= part1;
+  return bits;
 }
 
 }  // namespace retrace::hls

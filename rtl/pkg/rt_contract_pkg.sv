@@ -83,6 +83,9 @@ package rt_contract_pkg;
   // 1 bits: One bit.
   localparam int unsigned FlagBits = 1;
   typedef logic [0:0] flag_t;
+  // 25 bits: Work counter of one ray.
+  localparam int unsigned WorkCountBits = 25;
+  typedef logic [24:0] work_count_t;
   // 32 bits: Plain 32-bit word.
   localparam int unsigned Word32Bits = 32;
   typedef logic [31:0] word32_t;
@@ -197,6 +200,18 @@ package rt_contract_pkg;
     t_limit_t t;
   } hit_record_t;
 
+  // Work of one ray, as the kernels write it on request.
+  localparam int unsigned WorkBytes = 16;
+  localparam int unsigned WorkUsedBits = 128;
+  typedef struct packed {
+    logic [2:0] padding;
+    work_count_t skipped;
+    work_count_t tests;
+    work_count_t leaf;
+    work_count_t up;
+    work_count_t down;
+  } work_record_t;
+
   localparam int unsigned HeaderMagicWord = 0;
   localparam int unsigned HeaderVersionWord = 1;
   localparam int unsigned HeaderLinesWord = 2;
@@ -213,4 +228,154 @@ package rt_contract_pkg;
   localparam int unsigned HeaderStepLimitWord = 13;
   localparam int unsigned HeaderBoxWord = 16;
   localparam int unsigned HeaderBytes = 128;
+  // Ray and root box.
+  localparam int unsigned RaySetupInBytes = 64;
+  localparam int unsigned RaySetupInUsedBits = 512;
+  typedef struct packed {
+    logic [159:0] padding;
+    position_t [5:0] box;
+    flag_t any;
+    t_limit_t t_max;
+    direction_t [2:0] direction;
+    position_t [2:0] origin;
+  } ray_setup_in_record_t;
+
+  // Ray state: the ray, its reciprocals, and whether it can be traced.
+  localparam int unsigned RaySetupOutBytes = 64;
+  localparam int unsigned RaySetupOutUsedBits = 512;
+  typedef struct packed {
+    logic [218:0] padding;
+    flag_t valid;
+    flag_t any;
+    t_limit_t t_max;
+    flag_t [2:0] negative;
+    flag_t [2:0] zero;
+    recip_shift_t [2:0] shift;
+    reciprocal_t [2:0] reciprocal;
+    direction_t [2:0] direction;
+    position_t [2:0] origin;
+  } ray_setup_out_record_t;
+
+  // Interior node and the ray's values on its axis.
+  localparam int unsigned KdDescendInBytes = 32;
+  localparam int unsigned KdDescendInUsedBits = 256;
+  typedef struct packed {
+    logic [116:0] padding;
+    t_t t;
+    flag_t negative;
+    flag_t zero;
+    recip_shift_t shift;
+    reciprocal_t reciprocal;
+    position_t origin;
+    pair_index_t child;
+    position_t split;
+  } kd_descend_in_record_t;
+
+  // Child to go to.
+  localparam int unsigned KdDescendOutBytes = 4;
+  localparam int unsigned KdDescendOutUsedBits = 32;
+  typedef struct packed {
+    logic [7:0] padding;
+    node_index_t node;
+  } kd_descend_out_record_t;
+
+  // Bounds of a leaf and the ray.
+  localparam int unsigned LeafExitInBytes = 64;
+  localparam int unsigned LeafExitInUsedBits = 512;
+  typedef struct packed {
+    logic [138:0] padding;
+    t_t t;
+    flag_t [2:0] negative;
+    flag_t [2:0] zero;
+    recip_shift_t [2:0] shift;
+    reciprocal_t [2:0] reciprocal;
+    position_t [2:0] origin;
+    position_t [5:0] bound;
+  } leaf_exit_in_record_t;
+
+  // Where the ray leaves the cell.
+  localparam int unsigned LeafExitOutBytes = 8;
+  localparam int unsigned LeafExitOutUsedBits = 64;
+  typedef struct packed {
+    logic [3:0] padding;
+    flag_t broken;
+    flag_t exits;
+    position_t plane;
+    face_t face;
+    t_t t_exit;
+  } leaf_exit_out_record_t;
+
+  // One step up: the exit face, the node we are in and its parent.
+  localparam int unsigned KdBacktrackInBytes = 32;
+  localparam int unsigned KdBacktrackInUsedBits = 256;
+  typedef struct packed {
+    logic [125:0] padding;
+    pair_index_t parent_child;
+    axis_t parent_axis;
+    position_t parent_split;
+    node_index_t parent;
+    node_index_t node;
+    position_t plane;
+    face_t face;
+  } kd_backtrack_in_record_t;
+
+  // Where to go on.
+  localparam int unsigned KdBacktrackOutBytes = 4;
+  localparam int unsigned KdBacktrackOutUsedBits = 32;
+  typedef struct packed {
+    logic [4:0] padding;
+    flag_t bad;
+    flag_t finished;
+    flag_t matched;
+    node_index_t node;
+  } kd_backtrack_out_record_t;
+
+  // Triangle record and ray.
+  localparam int unsigned TriTestInBytes = 128;
+  localparam int unsigned TriTestInUsedBits = 1024;
+  typedef struct packed {
+    logic [478:0] padding;
+    direction_t [2:0] direction;
+    position_t [2:0] origin;
+    triangle_id_t id;
+    exponent_t exponent_v;
+    exponent_t exponent_u;
+    offset_t offset_n;
+    offset_t offset_v;
+    offset_t offset_u;
+    coefficient_t [2:0] n;
+    coefficient_t [2:0] v;
+    coefficient_t [2:0] u;
+  } tri_test_in_record_t;
+
+  // Candidate hit: what hit_finish needs of it. All 0 but id where there is no hit.
+  localparam int unsigned TriTestOutBytes = 32;
+  localparam int unsigned TriTestOutUsedBits = 256;
+  typedef struct packed {
+    logic [46:0] padding;
+    exponent_t exponent_v;
+    exponent_t exponent_u;
+    row_direction_t dz;
+    edge_t edge_v;
+    edge_t edge_u;
+    triangle_id_t id;
+    t_limit_t t;
+    flag_t hit;
+  } tri_test_out_record_t;
+
+  // Best candidate of a ray and the ray's status.
+  localparam int unsigned HitFinishInBytes = 32;
+  localparam int unsigned HitFinishInUsedBits = 256;
+  typedef struct packed {
+    logic [43:0] padding;
+    exponent_t exponent_v;
+    exponent_t exponent_u;
+    row_direction_t dz;
+    edge_t edge_v;
+    edge_t edge_u;
+    triangle_id_t id;
+    t_limit_t t;
+    status_t status;
+  } hit_finish_in_record_t;
+
 endpackage

@@ -117,7 +117,7 @@ def emit_records(c):
            "constexpr bool fits_unsigned(std::uint64_t value, int width) { return width == 64 || value >> width == 0; }",
            "}  // namespace detail", ""]
     for name, r in c.records.items():
-        words = r["bits"] // 64
+        words = (r["bits"] + 63) // 64
         out += [f"/// {r['doc']}", f"struct {camel(name)}Record {{", f"  static constexpr int kWords = {words};"]
         for f in r["fields"]:
             kind = host_type(f)
@@ -176,8 +176,6 @@ def emit_hls(c):
            "#pragma once", "#include <ap_int.h>", '#include "contract.hpp"', "", "namespace retrace::hls {", "",
            "typedef ap_uint<128> word_t;  // one word of the memory port"]
     for name, t in c.types.items():
-        if name in ("float64",):
-            continue
         suffix = "_t"
         kind = "ap_int" if t["signed"] else "ap_uint"
         alias = "t_t" if name == "t" else name + suffix
@@ -185,11 +183,9 @@ def emit_hls(c):
     out.append("")
     alias = lambda n: "t_t" if n == "t" else n + "_t"
     for name, r in c.records.items():
-        if name == "header":
-            continue
         words = (r["used"] + 127) // 128
         out += [f"// {r['doc']}", f"static const int k{camel(name)}Words = {words};       // words that are read",
-                f"static const int k{camel(name)}Stride = {r['bits'] // 128};      // words from one record to the next",
+                f"static const int k{camel(name)}Stride = {max(r['bits'] // 128, 1)};      // words from one record to the next",
                 f"struct {name}_record {{"]
         for f in r["fields"]:
             dims = f"[{f['count']}]" if f["count"] > 1 else ""
@@ -234,8 +230,23 @@ def emit_hls(c):
             out += [f"  word_t high{w} = w{2 * w + 1};", f"  high{w} <<= 64;", f"  const word_t low{w} = w{2 * w};",
                     f"  words[{w}] = high{w} | low{w};"]
         out += ["}", ""]
+        if name.endswith(("_in", "_out")) or name == "hit":
+            out += emit_stream(name, r["bits"], words)
     out += ["}  // namespace retrace::hls", ""]
     return "\n".join(out)
+
+
+def emit_stream(name, bits, words):
+    """Conversion between a record and the one wide word in which it travels on a stream."""
+    out = [f"typedef ap_uint<{bits}> {name}_word_t;", f"inline {name}_record read_{name}(const {name}_word_t& bits) {{",
+           f"  word_t words[{words}];"]
+    for w in range(words):
+        out.append(f"  words[{w}] = bits >> {128 * w};" if w else "  words[0] = bits;")
+    out += [f"  return unpack_{name}(words);", "}", f"inline {name}_word_t write_{name}(const {name}_record& record) {{",
+            f"  word_t words[{words}];", f"  pack_{name}(record, words);", f"  {name}_word_t bits = words[0];"]
+    for w in range(1, words):
+        out += [f"  {name}_word_t part{w} = words[{w}];", f"  part{w} <<= {128 * w};", f"  bits |= part{w};"]
+    return out + ["  return bits;", "}", ""]
 
 
 # ------------------------------------------------------------------------------------------------ SystemVerilog
