@@ -17,7 +17,7 @@ endif()
 
 add_library(retrace_options INTERFACE)
 target_include_directories(retrace_options INTERFACE ${CMAKE_SOURCE_DIR})
-target_compile_options(retrace_options INTERFACE -Wall -Wextra -Wno-unknown-pragmas -ffp-contract=off)
+target_compile_options(retrace_options INTERFACE -Wall -Wextra -Wno-unknown-pragmas -Wno-unused-label -ffp-contract=off)
 if(RETRACE_SANITIZE)
   target_compile_options(retrace_options INTERFACE -fsanitize=${RETRACE_SANITIZE} -fno-sanitize-recover=all
                                                    -fno-omit-frame-pointer)
