@@ -24,8 +24,11 @@ struct WorldTriangles {
   std::vector<TriangleSource> sources;
 };
 
+/// Twice what a memory image can hold (2^24 triangle records); a bound on memory, since instances make many triangles of few bytes.
+inline constexpr std::size_t kMaxWorldTriangles = std::size_t{1} << 25;
+
 /// Triangles of all nodes reachable from the scene's roots, nodes in `Scene::reachable()` order, primitives and triangles in file
-/// order. Throws Error for a non-finite vertex, naming node, mesh, primitive and vertex, and for more than 2^32 - 1 triangles.
+/// order. Throws Error for a non-finite vertex, naming node, mesh, primitive and vertex, and for more than kMaxWorldTriangles.
 WorldTriangles flatten(const Scene& scene);
 
 /// Uniform map between world and grid: position = (world - center) * scale, code = round(position * 2^24).
