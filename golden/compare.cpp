@@ -1,0 +1,248 @@
+// Classes of agreement, see compare.hpp. Signs and the numerators and denominators of t are exact: with position codes below 2^25 in
+// magnitude and direction codes below 2^26, edge functions stay below 2^80 and fit in 128 bits.
+#include "compare.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace retrace {
+namespace {
+
+using Wide = __int128;
+using Vec = std::array<std::int64_t, 3>;
+using Real = std::array<double, 3>;
+
+Vec difference(const GridPoint& a, const std::array<std::int32_t, 3>& b) {
+  return {std::int64_t{a.x} - b[0], std::int64_t{a.y} - b[1], std::int64_t{a.z} - b[2]};
+}
+Vec difference(const Vec& a, const Vec& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+Vec cross(const Vec& a, const Vec& b) {  // below 2^53
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+Wide dot(const Vec& a, const Vec& b) { return Wide{a[0]} * b[0] + Wide{a[1]} * b[1] + Wide{a[2]} * b[2]; }
+double dot(const Real& a, const Real& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Vec direction_of(const contract::RayRecord& ray) { return {ray.direction[0], ray.direction[1], ray.direction[2]}; }
+
+/// Distance between the origin and the segment a b.
+double segment_distance(const Real& a, const Real& b) {
+  const Real ab{b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+  const double length2 = dot(ab, ab);
+  const double s = length2 > 0 ? std::clamp(-dot(a, ab) / length2, 0.0, 1.0) : 0.0;
+  const Real p{a[0] + s * ab[0], a[1] + s * ab[1], a[2] + s * ab[2]};
+  return std::sqrt(dot(p, p));
+}
+
+constexpr double kPositionUlp = 0x1p-24, kDirectionUlp = 0x1p-26;
+static_assert(contract::kPositionFrac == 24 && contract::kDirectionFrac == 26 && contract::kTLimitFrac == 24);
+
+bool valid(const Hit& hit) { return hit.status == contract::kStatusHit || hit.status == contract::kStatusMiss; }
+double t_limit(const contract::RayRecord& ray) { return ray.t_max * kPositionUlp; }
+
+/// A hit as an engine reported it, seen exactly.
+struct Judged {
+  ExactIntersection exact;
+  double bound = 0;     ///< depth bound
+  bool in_band = false; ///< near an edge
+  bool grazing = false;
+  const char* wrong = nullptr;  ///< why the report cannot be right
+  bool solid() const { return exact.inside && !in_band; }
+  /// t is clear of both ends of the ray by more than the bound.
+  bool within(double t_max) const { return exact.t > bound && exact.t < t_max - bound; }
+};
+
+Judged judge(const ExactIntersection& exact) {
+  Judged j;
+  j.exact = exact;
+  j.bound = exact.parallel ? INFINITY : depth_bound(exact.dz);
+  j.in_band = exact.edge <= kEdgeBand;
+  j.grazing = exact.dz < kGrazing;
+  return j;
+}
+
+Judged judge_report(const contract::RayRecord& ray, const Hit& hit, const GridTriangle* triangle) {
+  if (triangle == nullptr) {
+    Judged j;
+    j.wrong = "the reported triangle does not exist";
+    return j;
+  }
+  Judged j = judge(intersect_exactly(ray, *triangle));
+  const double t_max = t_limit(ray);
+  if (j.exact.parallel) {
+    j.wrong = "the reported triangle is parallel to the ray";
+  } else if (!j.exact.inside && !j.in_band) {
+    j.wrong = "the ray passes outside the reported triangle";
+  } else if (!(std::fabs(hit.t - j.exact.t) <= j.bound)) {
+    j.wrong = "t is beyond the depth bound";
+  } else if (!(hit.t >= -j.bound && hit.t <= t_max + j.bound)) {
+    j.wrong = "t is outside the ray";
+  }
+  return j;
+}
+
+Verdict violation(const char* reason, bool grazing) { return {Agreement::kViolation, grazing, reason}; }
+
+}  // namespace
+
+const char* to_string(Agreement agreement) {
+  switch (agreement) {
+    case Agreement::kSame:
+      return "same";
+    case Agreement::kEdge:
+      return "edge";
+    case Agreement::kDepth:
+      return "depth";
+    default:
+      return "violation";
+  }
+}
+
+ExactIntersection intersect_exactly(const contract::RayRecord& ray, const GridTriangle& triangle) {
+  const Vec d = direction_of(ray);
+  const Vec p[3] = {difference(triangle.vertices[0], ray.origin), difference(triangle.vertices[1], ray.origin),
+                    difference(triangle.vertices[2], ray.origin)};
+  const Wide e[3] = {dot(d, cross(p[0], p[1])), dot(d, cross(p[1], p[2])), dot(d, cross(p[2], p[0]))};
+  const Vec n = cross(difference(p[1], p[0]), difference(p[2], p[0]));
+  const Wide dn = dot(d, n);
+
+  ExactIntersection result;
+  result.parallel = dn == 0;
+  result.inside = !result.parallel && ((e[0] >= 0 && e[1] >= 0 && e[2] >= 0) || (e[0] <= 0 && e[1] <= 0 && e[2] <= 0));
+  const Real nr{double(n[0]), double(n[1]), double(n[2])};
+  if (!result.parallel) {
+    // o + t d with codes: t in grid units is (n . p / n . d) * 2^-24 / 2^-26.
+    result.t = static_cast<double>(static_cast<long double>(dot(n, p[0])) / static_cast<long double>(dn)) *
+               (kPositionUlp / kDirectionUlp);
+    result.dz = std::fabs(static_cast<double>(dn)) * kDirectionUlp / std::sqrt(dot(nr, nr));
+  }
+  // Edge distance: the vertices projected along the ray, seen from the ray.
+  const Real dr{double(d[0]) * kDirectionUlp, double(d[1]) * kDirectionUlp, double(d[2]) * kDirectionUlp};
+  const double d2 = dot(dr, dr);
+  Real q[3];
+  for (int i = 0; i < 3; ++i) {
+    const Real r{double(p[i][0]) * kPositionUlp, double(p[i][1]) * kPositionUlp, double(p[i][2]) * kPositionUlp};
+    const double s = d2 > 0 ? dot(r, dr) / d2 : 0.0;
+    q[i] = {r[0] - s * dr[0], r[1] - s * dr[1], r[2] - s * dr[2]};
+  }
+  result.edge = std::min({segment_distance(q[0], q[1]), segment_distance(q[1], q[2]), segment_distance(q[2], q[0])});
+  return result;
+}
+
+Comparator::Comparator(const GridScene& scene) : scene_(scene) {}
+
+const GridTriangle* Comparator::find(std::uint32_t id) const {
+  const auto& list = scene_.triangles;
+  const auto it = std::lower_bound(list.begin(), list.end(), id,
+                                   [](const GridTriangle& triangle, std::uint32_t value) { return triangle.id < value; });
+  return it != list.end() && it->id == id ? &*it : nullptr;
+}
+
+bool Comparator::solid_in_front(const contract::RayRecord& ray, double t, double bound) const {
+  const Real d{double(ray.direction[0]), double(ray.direction[1]), double(ray.direction[2])};
+  const Real o{double(ray.origin[0]), double(ray.origin[1]), double(ray.origin[2])};
+  // Rounding error of an edge function in double is below 2^80 * 2^-49.
+  constexpr double kError = 0x1p31;
+  for (const GridTriangle& triangle : scene_.triangles) {
+    Real p[3];
+    for (int i = 0; i < 3; ++i) {
+      p[i] = {triangle.vertices[i].x - o[0], triangle.vertices[i].y - o[1], triangle.vertices[i].z - o[2]};
+    }
+    bool positive = false, negative = false;
+    for (int i = 0; i < 3; ++i) {
+      const Real &a = p[i], &b = p[(i + 1) % 3];
+      const double e = d[0] * (a[1] * b[2] - a[2] * b[1]) + d[1] * (a[2] * b[0] - a[0] * b[2]) +
+                       d[2] * (a[0] * b[1] - a[1] * b[0]);
+      positive = positive || e > kError;
+      negative = negative || e < -kError;
+    }
+    if (positive && negative) continue;
+    const Judged j = judge(intersect_exactly(ray, triangle));
+    if (j.solid() && j.exact.t > j.bound && j.exact.t < t - bound - j.bound) return true;
+  }
+  return false;
+}
+
+Verdict Comparator::compare(const GridRay& ray, const Hit& golden, const Hit& fixed) const {
+  if (!valid(golden) || !valid(fixed)) {
+    if (golden.status == fixed.status) return {};
+    return violation("one engine ended with an error status", false);
+  }
+  if (!golden.hit() && !fixed.hit()) return {};
+  if (ray.outside) return violation("a ray outside the root box was hit", false);
+  return ray.record.any != 0 ? any(ray.record, golden, fixed) : closest(ray.record, golden, fixed);
+}
+
+Verdict Comparator::closest(const contract::RayRecord& ray, const Hit& golden, const Hit& fixed) const {
+  const double t_max = t_limit(ray);
+  Judged g, f;
+  if (golden.hit()) g = judge_report(ray, golden, find(golden.id));
+  if (fixed.hit()) f = judge_report(ray, fixed, find(fixed.id));
+  const bool grazing = g.grazing || f.grazing;
+  if (g.wrong) return violation(g.wrong, grazing);
+  if (f.wrong) return violation(f.wrong, grazing);
+  if (golden.hit() && fixed.hit() && golden.id == fixed.id) return {Agreement::kSame, grazing, ""};
+
+  const bool near_in_depth = golden.hit() && fixed.hit() ? std::fabs(g.exact.t - f.exact.t) <= g.bound + f.bound
+                             : golden.hit()              ? !g.within(t_max)
+                                                         : !f.within(t_max);
+  const bool fixed_overlooked = !fixed.hit() || (golden.hit() && g.exact.t <= f.exact.t);
+  if (fixed_overlooked) {
+    if (g.in_band) {
+      if (solid_in_front(ray, fixed.hit() ? f.exact.t : t_max, fixed.hit() ? f.bound : 0.0)) {
+        return violation("a triangle in front was overlooked", grazing);
+      }
+      return {Agreement::kEdge, grazing, ""};
+    }
+    if (near_in_depth) return {fixed.hit() && f.in_band ? Agreement::kEdge : Agreement::kDepth, grazing, ""};
+    return violation("golden's triangle was overlooked", grazing);
+  }
+  // The fixed-point engine's triangle lies in front of golden's, or golden has none.
+  if (f.in_band) return {Agreement::kEdge, grazing, ""};
+  if (near_in_depth) return {Agreement::kDepth, grazing, ""};
+  return violation("golden overlooked a triangle", grazing);
+}
+
+Verdict Comparator::any(const contract::RayRecord& ray, const Hit& golden, const Hit& fixed) const {
+  const double t_max = t_limit(ray);
+  Judged g, f;
+  if (golden.hit()) g = judge_report(ray, golden, find(golden.id));
+  if (fixed.hit()) f = judge_report(ray, fixed, find(fixed.id));
+  const bool grazing = g.grazing || f.grazing;
+  if (g.wrong) return violation(g.wrong, grazing);
+  if (f.wrong) return violation(f.wrong, grazing);
+  if (golden.hit() && fixed.hit()) return {Agreement::kSame, grazing, ""};
+  const Judged& only = golden.hit() ? g : f;
+  if (only.solid() && only.within(t_max)) {
+    return violation(golden.hit() ? "an occluder was overlooked" : "golden overlooked an occluder", grazing);
+  }
+  if (solid_in_front(ray, t_max, 0.0)) return violation("an occluder was overlooked", grazing);
+  return {only.in_band ? Agreement::kEdge : Agreement::kDepth, grazing, ""};
+}
+
+Verdict Comparator::identical(const Hit& a, const Hit& b) {
+  if (a.status != b.status) return violation("status differs", false);
+  if (!a.hit()) return {};
+  if (a.id != b.id) return violation("triangle differs", false);
+  if (a.t != b.t) return violation("t differs", false);
+  if (a.u != b.u || a.v != b.v) return violation("u or v differs", false);
+  return {};
+}
+
+void AgreementCounts::add(const Verdict& verdict, bool hit_a, bool hit_b) {
+  ++total[static_cast<int>(verdict.agreement)];
+  if (verdict.grazing) ++grazing[static_cast<int>(verdict.agreement)];
+  ++(hit_a ? (hit_b ? both_hit : only_a) : (hit_b ? only_b : both_miss));
+}
+
+AgreementCounts& AgreementCounts::operator+=(const AgreementCounts& other) {
+  for (std::size_t i = 0; i < total.size(); ++i) {
+    total[i] += other.total[i];
+    grazing[i] += other.grazing[i];
+  }
+  both_hit += other.both_hit;
+  both_miss += other.both_miss;
+  only_a += other.only_a;
+  only_b += other.only_b;
+  return *this;
+}
+
+}  // namespace retrace
