@@ -1,0 +1,17 @@
+// Streaming top of hit_finish: one record in, one record out, every clock.
+#include "hit_finish.hpp"
+
+#include <hls_stream.h>
+
+extern "C" void hit_finish_top(hls::stream<retrace::hls::hit_finish_in_word_t>& in,
+                         hls::stream<retrace::hls::hit_word_t>& out) {
+  RT_AXIS(in)
+  RT_AXIS(out)
+  RT_FREE_RUNNING
+  RT_PIPELINE(1)
+  const retrace::hls::hit_finish_in_word_t input = in.read();
+  const retrace::hls::hit_finish_in_record record = retrace::hls::read_hit_finish_in(input);
+  const retrace::hls::hit_record result = retrace::hls::hit_finish(record);
+  const retrace::hls::hit_word_t output = retrace::hls::write_hit(result);
+  out.write(output);
+}

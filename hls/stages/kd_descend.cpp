@@ -1,0 +1,17 @@
+// Streaming top of kd_descend: one record in, one record out, every clock.
+#include "kd_descend.hpp"
+
+#include <hls_stream.h>
+
+extern "C" void kd_descend_top(hls::stream<retrace::hls::kd_descend_in_word_t>& in,
+                         hls::stream<retrace::hls::kd_descend_out_word_t>& out) {
+  RT_AXIS(in)
+  RT_AXIS(out)
+  RT_FREE_RUNNING
+  RT_PIPELINE(1)
+  const retrace::hls::kd_descend_in_word_t input = in.read();
+  const retrace::hls::kd_descend_in_record record = retrace::hls::read_kd_descend_in(input);
+  const retrace::hls::kd_descend_out_record result = retrace::hls::kd_descend(record);
+  const retrace::hls::kd_descend_out_word_t output = retrace::hls::write_kd_descend_out(result);
+  out.write(output);
+}

@@ -1,0 +1,17 @@
+// Streaming top of ray_setup: one record in, one record out, every clock.
+#include "ray_setup.hpp"
+
+#include <hls_stream.h>
+
+extern "C" void ray_setup_top(hls::stream<retrace::hls::ray_setup_in_word_t>& in,
+                         hls::stream<retrace::hls::ray_setup_out_word_t>& out) {
+  RT_AXIS(in)
+  RT_AXIS(out)
+  RT_FREE_RUNNING
+  RT_PIPELINE(1)
+  const retrace::hls::ray_setup_in_word_t input = in.read();
+  const retrace::hls::ray_setup_in_record record = retrace::hls::read_ray_setup_in(input);
+  const retrace::hls::ray_setup_out_record result = retrace::hls::ray_setup(record);
+  const retrace::hls::ray_setup_out_word_t output = retrace::hls::write_ray_setup_out(result);
+  out.write(output);
+}

@@ -1,0 +1,534 @@
+// Barrel kernel: see trace.hpp. Stages do the arithmetic; this file holds contexts, memory reads with bounds checks, and control.
+// Source: Lee 2007 (dedicated kd-backtrack traversal with parent links); Foley & Sugerman 2005.
+#include "trace.hpp"
+
+#include "../stages/hit_finish.hpp"
+#include "../stages/kd_backtrack.hpp"
+#include "../stages/kd_descend.hpp"
+#include "../stages/leaf_exit.hpp"
+#include "../stages/ray_setup.hpp"
+#include "../stages/tri_test.hpp"
+
+namespace retrace::hls {
+
+typedef ap_uint<3> phase_t;
+static const int kPhaseIdle = 0;    // take the next ray
+static const int kPhaseDown = 1;    // read a node: descend, or arrive at a leaf
+static const int kPhaseTest = 2;    // one reference of the leaf
+static const int kPhaseUp = 3;      // one parent link
+static const int kPhaseFinish = 4;  // write the hit
+
+static const int kLineWords = 4;          // 128-bit words in a 64-byte line
+typedef ap_uint<48> iteration_t;
+typedef ap_uint<34> address_t;  // word address: lines are counted in 32 bits
+
+// What the header says, as the walk needs it.
+struct image_view {
+  ap_uint<32> pair_offset, leaf_offset, list_offset, triangle_offset;
+  ap_uint<32> pair_count, leaf_count, list_count, triangle_count;
+  ap_uint<32> step_limit;
+  position_t box[6];
+};
+
+struct context {
+  phase_t phase;
+  ap_uint<32> ray;
+  ray_setup_out_record state;
+  node_index_t node;
+  t_t t;
+  ap_uint<32> steps;
+  // Leaf in progress.
+  leaf_exit_out_record exit;
+  node_index_t link;    // face link of the exit face
+  node_index_t parent;  // of `node`, on the way up
+  triangle_index_t count, next;
+  list_index_t list_base;
+  triangle_index_t refs[contract::kLeafInline];
+  // Best hit so far.
+  status_t status;
+  t_limit_t best_t;
+  triangle_id_t best_id;
+  edge_t edge_u, edge_v;
+  row_direction_t dz;
+  exponent_t exponent_u, exponent_v;
+  // Mailbox: the last triangles tested.
+  triangle_index_t mail[RETRACE_MAILBOX];
+  ap_uint<4> mail_next;
+  ap_uint<4> mail_used;
+  work_record work;
+};
+
+// Is a section of `count` records of `size` bytes inside the image?
+inline flag_t section_fits(const ap_uint<32>& offset, const ap_uint<32>& count, int size, const ap_uint<32>& lines) {
+  RT_INLINE
+  ap_uint<40> bytes = count;
+  bytes *= ap_uint<8>(size);
+  ap_uint<40> end = bytes;
+  end += 63;
+  end >>= 6;
+  end += offset;
+  return flag_t(end <= lines);
+}
+
+inline int read_header(const word_t* pairs, const ap_uint<32>& image_lines, image_view& view) {
+  if (image_lines < contract::kHeaderBytes / 64) return kFaultLayout;
+  word_t words[kHeaderWords];
+HEADER:
+  for (int i = 0; i < kHeaderWords; ++i) {
+    RT_PIPELINE(1)
+    words[i] = pairs[i];
+  }
+  const header_record header = unpack_header(words);
+  if (header.magic != contract::kImageMagic || header.version != contract::kImageVersion) return kFaultHeader;
+  view.pair_offset = header.pair_offset;
+  view.leaf_offset = header.leaf_offset;
+  view.list_offset = header.list_offset;
+  view.triangle_offset = header.triangle_offset;
+  view.pair_count = header.pair_count;
+  view.leaf_count = header.leaf_count;
+  view.list_count = header.list_count;
+  view.triangle_count = header.triangle_count;
+  view.step_limit = header.step_limit;
+BOX:
+  for (int face = 0; face < 6; ++face) {
+    RT_UNROLL
+    view.box[face] = header.box[face];
+  }
+  const flag_t fits = section_fits(view.pair_offset, view.pair_count, contract::kNodePairBytes, image_lines) &
+                      section_fits(view.leaf_offset, view.leaf_count, contract::kLeafBytes, image_lines) &
+                      section_fits(view.list_offset, view.list_count, 4, image_lines) &
+                      section_fits(view.triangle_offset, view.triangle_count, contract::kTriangleBytes, image_lines);
+  return fits ? kFaultNone : kFaultLayout;
+}
+
+inline address_t word_address(const ap_uint<32>& offset, const ap_uint<32>& index, int stride) {
+  RT_INLINE
+  address_t address = offset;
+  address *= ap_uint<3>(kLineWords);
+  address_t within = index;
+  within *= ap_uint<3>(stride);
+  address += within;
+  return address;
+}
+
+inline void fail(context& c, int status) {
+  RT_INLINE
+  c.status = status;
+  c.phase = kPhaseFinish;
+}
+
+// Counts a step; false if the ray has used up the image's limit.
+inline bool count_step(context& c, const image_view& view) {
+  RT_INLINE
+  if (c.steps >= view.step_limit) {
+    fail(c, contract::kStatusStepLimit);
+    return false;
+  }
+  c.steps += 1;
+  return true;
+}
+
+inline node_pair_record read_pair(const word_t* pairs, const image_view& view, const pair_index_t& index) {
+  RT_INLINE
+  word_t words[kNodePairWords];
+  words[0] = pairs[word_address(view.pair_offset, index, kNodePairStride).to_uint64()];
+  return unpack_node_pair(words);
+}
+
+inline void start_ray(context& c, const word_t* rays, const image_view& view, const ap_uint<32>& index) {
+  word_t words[kRayWords];
+READ_RAY:
+  for (int i = 0; i < kRayWords; ++i) {
+    RT_PIPELINE(1)
+    words[i] = rays[index.to_uint64() * kRayStride + i];
+  }
+  const ray_record ray = unpack_ray(words);
+  ray_setup_in_record in;
+COPY_RAY:
+  for (int axis = 0; axis < 3; ++axis) {
+    RT_UNROLL
+    in.origin[axis] = ray.origin[axis];
+    in.direction[axis] = ray.direction[axis];
+    in.box[2 * axis] = view.box[2 * axis];
+    in.box[2 * axis + 1] = view.box[2 * axis + 1];
+  }
+  in.t_max = ray.t_max;
+  in.any = ray.any;
+  c.state = ray_setup(in);
+  c.ray = index;
+  c.node = 0;
+  c.t = 0;
+  c.steps = 0;
+  c.status = contract::kStatusMiss;
+  c.best_t = ray.t_max;
+  c.best_id = contract::kNoTriangle;
+  c.edge_u = 0;
+  c.edge_v = 0;
+  c.dz = 0;
+  c.exponent_u = 0;
+  c.exponent_v = 0;
+  c.mail_next = 0;
+  c.mail_used = 0;
+  c.work.down = 0;
+  c.work.up = 0;
+  c.work.leaf = 0;
+  c.work.tests = 0;
+  c.work.skipped = 0;
+  c.phase = kPhaseDown;
+  if (!c.state.valid) fail(c, contract::kStatusBadRay);
+}
+
+// All references of the leaf are done: finished, or on through the exit face.
+inline void leave_leaf(context& c, bool parent_links) {
+  RT_INLINE
+  const flag_t ends = !c.exit.exits || c.best_t <= c.exit.t_exit;
+  if (ends) {
+    c.phase = kPhaseFinish;
+  } else if (parent_links) {
+    c.t = c.exit.t_exit;
+    c.phase = c.node == 0 ? kPhaseFinish : kPhaseUp;  // the root itself may be the leaf
+  } else {
+    c.t = c.exit.t_exit;
+    c.node = c.link;
+    c.phase = c.link == 0 ? kPhaseFinish : kPhaseDown;
+  }
+}
+
+inline void arrive_at_leaf(context& c, const word_t* leaves, const image_view& view, const pair_index_t& index,
+                           bool parent_links) {
+  if (index >= view.leaf_count) {
+    fail(c, contract::kStatusBadIndex);
+    return;
+  }
+  word_t words[kLeafWords];
+  const address_t address = word_address(view.leaf_offset, index, kLeafStride);
+READ_LEAF:
+  for (int i = 0; i < kLeafWords; ++i) {
+    RT_PIPELINE(1)
+    words[i] = leaves[address.to_uint64() + i];
+  }
+  const leaf_record leaf = unpack_leaf(words);
+  leaf_exit_in_record in;
+COPY_LEAF:
+  for (int axis = 0; axis < 3; ++axis) {
+    RT_UNROLL
+    in.bound[2 * axis] = leaf.bound[2 * axis];
+    in.bound[2 * axis + 1] = leaf.bound[2 * axis + 1];
+    in.origin[axis] = c.state.origin[axis];
+    in.reciprocal[axis] = c.state.reciprocal[axis];
+    in.shift[axis] = c.state.shift[axis];
+    in.zero[axis] = c.state.zero[axis];
+    in.negative[axis] = c.state.negative[axis];
+  }
+  in.t = c.t;
+  c.exit = leaf_exit(in);
+  c.link = 0;
+LINK:
+  for (int face = 0; face < 6; ++face) {
+    RT_UNROLL
+    if (c.exit.face == face) c.link = leaf.link[face];
+  }
+  c.parent = leaf.parent;
+  c.count = leaf.count;
+  c.list_base = leaf.list_base;
+  c.next = 0;
+REFS:
+  for (int i = 0; i < contract::kLeafInline; ++i) {
+    RT_UNROLL
+    c.refs[i] = leaf.refs[i];
+  }
+  c.work.leaf += 1;
+  c.phase = kPhaseTest;
+  if (leaf.kind != contract::kKindTriangles) {
+    fail(c, contract::kStatusBadRecord);
+  } else if (c.exit.broken) {
+    fail(c, contract::kStatusInvariant);
+  } else if (leaf.count == 0) {
+    leave_leaf(c, parent_links);
+  }
+}
+
+inline void step_down(context& c, const word_t* pairs, const word_t* leaves, const image_view& view, bool parent_links) {
+  if (!count_step(c, view)) return;
+  const pair_index_t pair_index = c.node >> 1;
+  if (pair_index >= view.pair_count) {
+    fail(c, contract::kStatusBadIndex);
+    return;
+  }
+  const node_pair_record pair = read_pair(pairs, view, pair_index);
+  const flag_t right = c.node;
+  position_t split = pair.left_split;
+  axis_t axis = pair.left_axis;
+  pair_index_t child = pair.left_child;
+  if (right) {
+    split = pair.right_split;
+    axis = pair.right_axis;
+    child = pair.right_child;
+  }
+  if (axis == contract::kAxisLeaf) {
+    arrive_at_leaf(c, leaves, view, child, parent_links);
+    return;
+  }
+  kd_descend_in_record in;
+  in.split = split;
+  in.child = child;
+  in.origin = c.state.origin[0];
+  in.reciprocal = c.state.reciprocal[0];
+  in.shift = c.state.shift[0];
+  in.zero = c.state.zero[0];
+  in.negative = c.state.negative[0];
+SELECT_AXIS:
+  for (int i = 1; i < 3; ++i) {
+    RT_UNROLL
+    if (axis == i) {
+      in.origin = c.state.origin[i];
+      in.reciprocal = c.state.reciprocal[i];
+      in.shift = c.state.shift[i];
+      in.zero = c.state.zero[i];
+      in.negative = c.state.negative[i];
+    }
+  }
+  in.t = c.t;
+  c.node = kd_descend(in).node;
+  c.work.down += 1;
+}
+
+inline void step_test(context& c, const word_t* list, const word_t* triangles, const image_view& view, bool mailbox,
+                      bool parent_links) {
+  if (!count_step(c, view)) return;
+  triangle_index_t index = c.refs[0];
+INLINE_REFS:
+  for (int i = 1; i < contract::kLeafInline; ++i) {
+    RT_UNROLL
+    if (c.next == i) index = c.refs[i];
+  }
+  if (c.next >= contract::kLeafInline) {
+    ap_uint<32> entry = c.list_base;
+    entry += c.next;
+    entry -= contract::kLeafInline;
+    if (entry >= view.list_count) {
+      fail(c, contract::kStatusBadIndex);
+      return;
+    }
+    ap_uint<32> word_index = entry >> 2;
+    word_t word = list[word_address(view.list_offset, word_index, 1).to_uint64()];
+    const ap_uint<2> lane = entry;
+    ap_uint<7> bit = lane;
+    bit <<= 5;
+    word >>= bit;
+    const ap_uint<32> wide = word;
+    index = wide;
+    if (wide >= view.triangle_count) {
+      fail(c, contract::kStatusBadIndex);
+      return;
+    }
+  }
+  if (index >= view.triangle_count) {
+    fail(c, contract::kStatusBadIndex);
+    return;
+  }
+  c.next += 1;
+
+  flag_t known = 0;
+  if (mailbox) {
+  MAIL:
+    for (int i = 0; i < RETRACE_MAILBOX; ++i) {
+      RT_UNROLL
+      if (i < c.mail_used && c.mail[i] == index) known = 1;
+    }
+  }
+  if (known) {
+    c.work.skipped += 1;
+  } else {
+    if (mailbox) {
+      c.mail[c.mail_next.to_uint()] = index;
+      c.mail_next += 1;
+      if (c.mail_next == RETRACE_MAILBOX) c.mail_next = 0;
+      if (c.mail_used < RETRACE_MAILBOX) c.mail_used += 1;
+    }
+    word_t words[kTriangleWords];
+    const address_t address = word_address(view.triangle_offset, index, kTriangleStride);
+  READ_TRIANGLE:
+    for (int i = 0; i < kTriangleWords; ++i) {
+      RT_PIPELINE(1)
+      words[i] = triangles[address.to_uint64() + i];
+    }
+    const triangle_record triangle = unpack_triangle(words);
+    tri_test_in_record in;
+  COPY_TRIANGLE:
+    for (int axis = 0; axis < 3; ++axis) {
+      RT_UNROLL
+      in.u[axis] = triangle.u[axis];
+      in.v[axis] = triangle.v[axis];
+      in.n[axis] = triangle.n[axis];
+      in.origin[axis] = c.state.origin[axis];
+      in.direction[axis] = c.state.direction[axis];
+    }
+    in.offset_u = triangle.offset_u;
+    in.offset_v = triangle.offset_v;
+    in.offset_n = triangle.offset_n;
+    in.exponent_u = triangle.exponent_u;
+    in.exponent_v = triangle.exponent_v;
+    in.id = triangle.id;
+    const tri_test_out_record candidate = tri_test(in);
+    c.work.tests += 1;
+    if (candidate.hit && is_nearer(candidate.t, candidate.id, c.best_t, c.best_id)) {
+      c.status = contract::kStatusHit;
+      c.best_t = candidate.t;
+      c.best_id = candidate.id;
+      c.edge_u = candidate.edge_u;
+      c.edge_v = candidate.edge_v;
+      c.dz = candidate.dz;
+      c.exponent_u = candidate.exponent_u;
+      c.exponent_v = candidate.exponent_v;
+      if (c.state.any) {
+        c.phase = kPhaseFinish;
+        return;
+      }
+    }
+  }
+  if (c.next == c.count) leave_leaf(c, parent_links);
+}
+
+inline void step_up(context& c, const word_t* pairs, const image_view& view) {
+  if (!count_step(c, view)) return;
+  const pair_index_t pair_index = c.parent >> 1;
+  if (pair_index >= view.pair_count) {
+    fail(c, contract::kStatusBadIndex);
+    return;
+  }
+  const node_pair_record pair = read_pair(pairs, view, pair_index);
+  const flag_t right = c.parent;
+  kd_backtrack_in_record in;
+  in.face = c.exit.face;
+  in.plane = c.exit.plane;
+  in.node = c.node;
+  in.parent = c.parent;
+  in.parent_split = pair.left_split;
+  in.parent_axis = pair.left_axis;
+  in.parent_child = pair.left_child;
+  if (right) {
+    in.parent_split = pair.right_split;
+    in.parent_axis = pair.right_axis;
+    in.parent_child = pair.right_child;
+  }
+  const kd_backtrack_out_record out = kd_backtrack(in);
+  c.work.up += 1;
+  c.node = out.node;
+  c.parent = pair.parent;
+  if (out.bad) {
+    fail(c, contract::kStatusBadRecord);
+  } else if (out.finished) {
+    c.phase = kPhaseFinish;
+  } else if (out.matched) {
+    c.phase = kPhaseDown;
+  }
+}
+
+inline void finish_ray(context& c, word_t* hits, word_t* work, bool write_work) {
+  hit_finish_in_record in;
+  in.status = c.status;
+  in.t = c.best_t;
+  in.id = c.best_id;
+  in.edge_u = c.edge_u;
+  in.edge_v = c.edge_v;
+  in.dz = c.dz;
+  in.exponent_u = c.exponent_u;
+  in.exponent_v = c.exponent_v;
+  const hit_record hit = hit_finish(in);
+  word_t words[1];
+  pack_hit(hit, words);
+  hits[c.ray.to_uint()] = words[0];
+  if (write_work) {
+    pack_work(c.work, words);
+    work[c.ray.to_uint()] = words[0];
+  }
+  c.phase = kPhaseIdle;
+}
+
+}  // namespace retrace::hls
+
+extern "C" void retrace_trace(const retrace::hls::word_t* pairs, const retrace::hls::word_t* leaves,
+                              const retrace::hls::word_t* list, const retrace::hls::word_t* triangles,
+                              const retrace::hls::word_t* rays, retrace::hls::word_t* hits, retrace::hls::word_t* work,
+                              ap_uint<64>* summary, ap_uint<32> image_lines, ap_uint<32> ray_count, ap_uint<8> options) {
+  using namespace retrace::hls;
+  RT_MEMORY(pairs, gmem_pairs)
+  RT_MEMORY(leaves, gmem_leaves)
+  RT_MEMORY(list, gmem_leaves)
+  RT_MEMORY(triangles, gmem_triangles)
+  RT_MEMORY(rays, gmem_rays)
+  RT_MEMORY(hits, gmem_rays)
+  RT_MEMORY(work, gmem_rays)
+  RT_MEMORY(summary, gmem_rays)
+  RT_CONTROL(image_lines)
+  RT_CONTROL(ray_count)
+  RT_CONTROL(options)
+  RT_CONTROL(return)
+
+  ap_uint<64> totals[kSummaryWords];
+CLEAR_TOTALS:
+  for (int i = 0; i < kSummaryWords; ++i) {
+    RT_UNROLL
+    totals[i] = 0;
+  }
+  image_view view;
+  const int fault = read_header(pairs, image_lines, view);
+  totals[kSummaryStatus] = fault;
+
+  const bool parent_links = options[0] == 1;
+  const bool mailbox = options[1] == 1;
+  const bool write_work = options[2] == 1;
+  context contexts[RETRACE_CONTEXTS];
+  RT_PARTITION(totals)
+CLEAR_CONTEXTS:
+  for (int i = 0; i < RETRACE_CONTEXTS; ++i) {
+    RT_PIPELINE(1)
+    contexts[i].phase = kPhaseIdle;
+  }
+
+  ap_uint<32> next_ray = 0;
+  ap_uint<32> finished = 0;
+  ap_uint<8> turn = 0;
+  const iteration_t last_iteration = -1;
+BARREL:
+  for (iteration_t iteration = 0; iteration < last_iteration; ++iteration) {
+    RT_PIPELINE(1)
+    RT_INDEPENDENT(contexts, 32)
+    if (fault != kFaultNone || finished == ray_count) break;
+    context c = contexts[turn.to_uint()];
+    if (c.phase == kPhaseIdle) {
+      if (next_ray != ray_count) {
+        start_ray(c, rays, view, next_ray);
+        next_ray += 1;
+      }
+    } else if (c.phase == kPhaseDown) {
+      totals[kSummarySteps] += 1;
+      step_down(c, pairs, leaves, view, parent_links);
+    } else if (c.phase == kPhaseTest) {
+      totals[kSummarySteps] += 1;
+      step_test(c, list, triangles, view, mailbox, parent_links);
+    } else if (c.phase == kPhaseUp) {
+      totals[kSummarySteps] += 1;
+      step_up(c, pairs, view);
+    } else {
+      totals[kSummaryDown] += c.work.down;
+      totals[kSummaryUp] += c.work.up;
+      totals[kSummaryLeaf] += c.work.leaf;
+      totals[kSummaryTests] += c.work.tests;
+      totals[kSummarySkipped] += c.work.skipped;
+      if (c.status > retrace::contract::kStatusHit) totals[kSummaryFaults] += 1;
+      finish_ray(c, hits, work, write_work);
+      finished += 1;
+    }
+    contexts[turn.to_uint()] = c;
+    turn += 1;
+    if (turn == RETRACE_CONTEXTS) turn = 0;
+  }
+  totals[kSummaryRays] = finished;
+WRITE_SUMMARY:
+  for (int i = 0; i < kSummaryWords; ++i) {
+    RT_PIPELINE(1)
+    summary[i] = totals[i];
+  }
+}

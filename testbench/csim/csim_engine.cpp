@@ -1,0 +1,130 @@
+// Runs retrace_trace over blocks of rays in parallel; every block is a run of the kernel of its own.
+#include "csim_engine.hpp"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <mutex>
+
+#include "hls/top/trace.hpp"
+
+namespace retrace {
+namespace {
+
+using hls::word_t;
+constexpr std::size_t kBlock = 4096;  // rays a kernel run
+static_assert(sizeof(word_t) == 16, "C simulation maps memory words onto ap_uint<128>");
+static_assert(kCsimMailbox == RETRACE_MAILBOX);
+
+/// The image is handed to the kernel without a copy; this checks that ap_uint<128> is two little-endian 64-bit words here.
+void check_word_layout() {
+  const std::array<std::uint64_t, 2> raw{0x0123456789abcdefull, 0xfedcba9876543210ull};
+  word_t word = raw[1];
+  word <<= 64;
+  word |= word_t(raw[0]);
+  if (std::memcmp(&word, raw.data(), sizeof raw) != 0)
+    throw Error("csim engine: ap_uint<128> of these headers is not two little-endian 64-bit words");
+}
+
+class Simulation final : public CsimEngine {
+ public:
+  explicit Simulation(std::span<const std::uint64_t> image) : image_(image) { check_word_layout(); }
+
+  std::string name() const override { return "csim"; }
+  std::span<const std::uint64_t> raw_hits() const override { return raw_hits_; }
+  CsimTotals totals() const override { return totals_; }
+
+  void trace(std::span<const GridRay> rays, std::span<Hit> hits, std::span<RayWork> work,
+             const TraceOptions& options) override {
+    if (hits.size() != rays.size() || (!work.empty() && work.size() != rays.size()))
+      throw Error("csim engine: sizes of rays, hits and work differ");
+    if (options.way_up == WayUp::kStack) throw Error("csim engine: the kernel has no stack; use parent or face links");
+    if (options.mailbox != 0 && options.mailbox != kCsimMailbox)
+      throw Error("csim engine: the kernel's mailbox has " + std::to_string(kCsimMailbox) + " entries, or 0 to leave it off");
+    raw_hits_.assign(2 * rays.size(), 0);
+    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+    arena.execute([&] {
+      tbb::parallel_for(
+          tbb::blocked_range<std::size_t>(0, rays.size(), kBlock),
+          [&](const auto& range) {
+            run_block(rays.subspan(range.begin(), range.size()), hits.subspan(range.begin(), range.size()),
+                      work.empty() ? work : work.subspan(range.begin(), range.size()), &raw_hits_[2 * range.begin()],
+                      options);
+            if (options.done) *options.done += range.size();
+          },
+          tbb::simple_partitioner());
+    });
+  }
+
+ private:
+  void run_block(std::span<const GridRay> rays, std::span<Hit> hits, std::span<RayWork> work, std::uint64_t* raw,
+                 const TraceOptions& options) {
+    std::vector<std::size_t> inside;
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      if (!rays[i].outside) inside.push_back(i);
+    constexpr std::size_t kRayWords64 = contract::RayRecord::kWords;
+    std::vector<std::uint64_t> ray_words(kRayWords64 * inside.size() + 1), hit_words(2 * inside.size() + 2),
+        work_words(2 * inside.size() + 2);
+    for (std::size_t i = 0; i < inside.size(); ++i) rays[inside[i]].record.pack(&ray_words[kRayWords64 * i]);
+
+    const auto* image = reinterpret_cast<const word_t*>(image_.data());
+    std::array<ap_uint<64>, kSummaryWords> summary;
+    int bits = work.empty() ? 0 : RETRACE_OPTION_WORK;
+    if (options.way_up == WayUp::kParentLinks) bits |= RETRACE_OPTION_PARENT_LINKS;
+    if (options.mailbox != 0) bits |= RETRACE_OPTION_MAILBOX;
+    retrace_trace(image, image, image, image, reinterpret_cast<const word_t*>(ray_words.data()),
+                  reinterpret_cast<word_t*>(hit_words.data()), reinterpret_cast<word_t*>(work_words.data()), summary.data(),
+                  image_.size() / MemoryImage::kLineWords, inside.size(), bits);
+    if (const auto fault = summary[kSummaryStatus].to_uint(); fault != kFaultNone)
+      throw Error(fault == kFaultHeader ? "csim engine: the image's magic or version is wrong"
+                                        : "csim engine: a section of the image lies outside it");
+
+    std::fill(hits.begin(), hits.end(), Hit{});
+    std::fill(work.begin(), work.end(), RayWork{});
+    for (std::size_t i = 0; i < inside.size(); ++i) {
+      const auto record = contract::HitRecord::unpack(&hit_words[2 * i]);
+      std::copy_n(&hit_words[2 * i], 2, raw + 2 * inside[i]);
+      Hit& hit = hits[inside[i]];
+      hit.status = record.status;
+      hit.id = record.id;
+      hit.t = record.t * (1.0 / (1 << contract::kTLimitFrac));
+      hit.u = record.u * (1.0 / (1 << contract::kBarycentricFrac));
+      hit.v = record.v * (1.0 / (1 << contract::kBarycentricFrac));
+      if (!work.empty()) {
+        const auto count = contract::WorkRecord::unpack(&work_words[2 * i]);
+        work[inside[i]] = {count.down, count.up, count.leaf, count.tests, count.skipped};
+      }
+    }
+    const std::scoped_lock lock(mutex_);
+    const auto total = [&](int word) { return static_cast<std::uint64_t>(summary[word].to_uint64()); };
+    totals_.rays += total(kSummaryRays);
+    totals_.faults += total(kSummaryFaults);
+    totals_.down += total(kSummaryDown);
+    totals_.up += total(kSummaryUp);
+    totals_.leaf += total(kSummaryLeaf);
+    totals_.tests += total(kSummaryTests);
+    totals_.skipped += total(kSummarySkipped);
+    totals_.steps += total(kSummarySteps);
+  }
+
+  std::span<const std::uint64_t> image_;
+  std::vector<std::uint64_t> raw_hits_;
+  CsimTotals totals_;
+  std::mutex mutex_;
+};
+
+}  // namespace
+
+std::unique_ptr<CsimEngine> make_csim_engine(const MemoryImage& image) {
+  return std::make_unique<Simulation>(image.words());
+}
+
+std::unique_ptr<CsimEngine> make_csim_engine(std::span<const std::uint64_t> image_words) {
+  return std::make_unique<Simulation>(image_words);
+}
+
+}  // namespace retrace
