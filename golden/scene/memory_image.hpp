@@ -28,6 +28,11 @@ class MemoryImage {
                               std::span<const contract::LeafRecord> leaves, std::span<const std::uint32_t> list,
                               std::span<const contract::TriangleRecord> triangles);
 
+  /// Checksum that the header must hold for these words (its own word counts as 0).
+  static std::uint32_t checksum(std::span<const std::uint64_t> words);
+  /// Header field step_limit: no walk, in any mode, takes more steps. `leaf_depths` is the sum of the leaves' depths.
+  static std::uint32_t step_limit(std::uint64_t pairs, std::uint64_t leaves, std::uint64_t references, std::uint64_t leaf_depths);
+
   /// Reads a file written by save(). Throws Error that names the file and what is wrong with it.
   static MemoryImage load(const std::filesystem::path& path);
   /// Writes the whole image or nothing (temporary file, then rename). Throws Error.
