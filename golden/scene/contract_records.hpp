@@ -76,6 +76,19 @@ struct NodePairRecord {
     ok = ok && detail::fits_unsigned(parent, 24);
     return ok;
   }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    visitor("left_split", left_split, 27);
+    visitor("left_axis", left_axis, 2);
+    visitor("left_child", left_child, 23);
+    visitor("right_split", right_split, 27);
+    visitor("right_axis", right_axis, 2);
+    visitor("right_child", right_child, 23);
+    visitor("parent", parent, 24);
+  }
+  friend bool operator==(const NodePairRecord&, const NodePairRecord&) = default;
 };
 
 /// Leaf: parent, six bounding planes, six face links, references.
@@ -151,6 +164,19 @@ struct LeafRecord {
     for (auto x : refs) ok = ok && detail::fits_unsigned(x, 24);
     return ok;
   }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    for (auto& x : bound) visitor("bound", x, 27);
+    for (auto& x : link) visitor("link", x, 24);
+    visitor("parent", parent, 24);
+    visitor("kind", kind, 2);
+    visitor("count", count, 24);
+    visitor("list_base", list_base, 28);
+    for (auto& x : refs) visitor("refs", x, 24);
+  }
+  friend bool operator==(const LeafRecord&, const LeafRecord&) = default;
 };
 
 /// Unit-triangle transform. 64-byte stride, 48 bytes are read. Vertices are ordered so that height(v) >= height(u) >= height(w).
@@ -214,6 +240,21 @@ struct TriangleRecord {
     ok = ok && detail::fits_unsigned(exponent_v, 6);
     return ok;
   }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    for (auto& x : u) visitor("u", x, 27);
+    for (auto& x : v) visitor("v", x, 27);
+    for (auto& x : n) visitor("n", x, 27);
+    visitor("offset_u", offset_u, 32);
+    visitor("offset_v", offset_v, 32);
+    visitor("offset_n", offset_n, 32);
+    visitor("exponent_u", exponent_u, 6);
+    visitor("exponent_v", exponent_v, 6);
+    visitor("id", id, 32);
+  }
+  friend bool operator==(const TriangleRecord&, const TriangleRecord&) = default;
 };
 
 /// Ray as the host writes it; the origin lies in the root box.
@@ -257,6 +298,16 @@ struct RayRecord {
     ok = ok && detail::fits_unsigned(any, 1);
     return ok;
   }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    for (auto& x : origin) visitor("origin", x, 27);
+    for (auto& x : direction) visitor("direction", x, 27);
+    visitor("t_max", t_max, 27);
+    visitor("any", any, 1);
+  }
+  friend bool operator==(const RayRecord&, const RayRecord&) = default;
 };
 
 /// Hit as the core writes it.
@@ -299,6 +350,18 @@ struct HitRecord {
     ok = ok && detail::fits_unsigned(v, 25);
     return ok;
   }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    visitor("t", t, 27);
+    visitor("reserved", reserved, 1);
+    visitor("status", status, 4);
+    visitor("id", id, 32);
+    visitor("u", u, 25);
+    visitor("v", v, 25);
+  }
+  friend bool operator==(const HitRecord&, const HitRecord&) = default;
 };
 
 /// Work of one ray, as the kernels write it on request.
@@ -338,6 +401,17 @@ struct WorkRecord {
     ok = ok && detail::fits_unsigned(skipped, 25);
     return ok;
   }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    visitor("down", down, 25);
+    visitor("up", up, 25);
+    visitor("leaf", leaf, 25);
+    visitor("tests", tests, 25);
+    visitor("skipped", skipped, 25);
+  }
+  friend bool operator==(const WorkRecord&, const WorkRecord&) = default;
 };
 
 /// First two lines of a memory image. Offsets and sizes are in 64-byte lines.
@@ -432,6 +506,31 @@ struct HeaderRecord {
     bool ok = true;
     return ok;
   }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    visitor("magic", magic, 32);
+    visitor("version", version, 32);
+    visitor("lines", lines, 32);
+    visitor("checksum", checksum, 32);
+    visitor("pair_offset", pair_offset, 32);
+    visitor("pair_count", pair_count, 32);
+    visitor("leaf_offset", leaf_offset, 32);
+    visitor("leaf_count", leaf_count, 32);
+    visitor("list_offset", list_offset, 32);
+    visitor("list_count", list_count, 32);
+    visitor("triangle_offset", triangle_offset, 32);
+    visitor("triangle_count", triangle_count, 32);
+    visitor("max_depth", max_depth, 32);
+    visitor("step_limit", step_limit, 32);
+    for (auto& x : reserved) visitor("reserved", x, 32);
+    for (auto& x : box) visitor("box", x, 32);
+    for (auto& x : reserved_2) visitor("reserved_2", x, 32);
+    visitor("scale", scale, 64);
+    for (auto& x : center) visitor("center", x, 64);
+  }
+  friend bool operator==(const HeaderRecord&, const HeaderRecord&) = default;
 };
 
 /// Ray and root box.
@@ -489,6 +588,17 @@ struct RaySetupInRecord {
     for (auto x : box) ok = ok && detail::fits_signed(x, 27);
     return ok;
   }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    for (auto& x : origin) visitor("origin", x, 27);
+    for (auto& x : direction) visitor("direction", x, 27);
+    visitor("t_max", t_max, 27);
+    visitor("any", any, 1);
+    for (auto& x : box) visitor("box", x, 27);
+  }
+  friend bool operator==(const RaySetupInRecord&, const RaySetupInRecord&) = default;
 };
 
 /// Ray state: the ray, its reciprocals, and whether it can be traced.
@@ -568,6 +678,21 @@ struct RaySetupOutRecord {
     ok = ok && detail::fits_unsigned(valid, 1);
     return ok;
   }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    for (auto& x : origin) visitor("origin", x, 27);
+    for (auto& x : direction) visitor("direction", x, 27);
+    for (auto& x : reciprocal) visitor("reciprocal", x, 27);
+    for (auto& x : shift) visitor("shift", x, 5);
+    for (auto& x : zero) visitor("zero", x, 1);
+    for (auto& x : negative) visitor("negative", x, 1);
+    visitor("t_max", t_max, 27);
+    visitor("any", any, 1);
+    visitor("valid", valid, 1);
+  }
+  friend bool operator==(const RaySetupOutRecord&, const RaySetupOutRecord&) = default;
 };
 
 /// Interior node and the ray's values on its axis.
@@ -619,6 +744,20 @@ struct KdDescendInRecord {
     ok = ok && detail::fits_signed(t, 28);
     return ok;
   }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    visitor("split", split, 27);
+    visitor("child", child, 23);
+    visitor("origin", origin, 27);
+    visitor("reciprocal", reciprocal, 27);
+    visitor("shift", shift, 5);
+    visitor("zero", zero, 1);
+    visitor("negative", negative, 1);
+    visitor("t", t, 28);
+  }
+  friend bool operator==(const KdDescendInRecord&, const KdDescendInRecord&) = default;
 };
 
 /// Child to go to.
@@ -642,6 +781,13 @@ struct KdDescendOutRecord {
     ok = ok && detail::fits_unsigned(node, 24);
     return ok;
   }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    visitor("node", node, 24);
+  }
+  friend bool operator==(const KdDescendOutRecord&, const KdDescendOutRecord&) = default;
 };
 
 /// Bounds of a leaf and the ray.
@@ -719,6 +865,19 @@ struct LeafExitInRecord {
     ok = ok && detail::fits_signed(t, 28);
     return ok;
   }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    for (auto& x : bound) visitor("bound", x, 27);
+    for (auto& x : origin) visitor("origin", x, 27);
+    for (auto& x : reciprocal) visitor("reciprocal", x, 27);
+    for (auto& x : shift) visitor("shift", x, 5);
+    for (auto& x : zero) visitor("zero", x, 1);
+    for (auto& x : negative) visitor("negative", x, 1);
+    visitor("t", t, 28);
+  }
+  friend bool operator==(const LeafExitInRecord&, const LeafExitInRecord&) = default;
 };
 
 /// Where the ray leaves the cell.
@@ -758,6 +917,17 @@ struct LeafExitOutRecord {
     ok = ok && detail::fits_unsigned(broken, 1);
     return ok;
   }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    visitor("t_exit", t_exit, 28);
+    visitor("face", face, 3);
+    visitor("plane", plane, 27);
+    visitor("exits", exits, 1);
+    visitor("broken", broken, 1);
+  }
+  friend bool operator==(const LeafExitOutRecord&, const LeafExitOutRecord&) = default;
 };
 
 /// One step up: the exit face, the node we are in and its parent.
@@ -805,6 +975,19 @@ struct KdBacktrackInRecord {
     ok = ok && detail::fits_unsigned(parent_child, 23);
     return ok;
   }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    visitor("face", face, 3);
+    visitor("plane", plane, 27);
+    visitor("node", node, 24);
+    visitor("parent", parent, 24);
+    visitor("parent_split", parent_split, 27);
+    visitor("parent_axis", parent_axis, 2);
+    visitor("parent_child", parent_child, 23);
+  }
+  friend bool operator==(const KdBacktrackInRecord&, const KdBacktrackInRecord&) = default;
 };
 
 /// Where to go on.
@@ -840,6 +1023,16 @@ struct KdBacktrackOutRecord {
     ok = ok && detail::fits_unsigned(bad, 1);
     return ok;
   }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    visitor("node", node, 24);
+    visitor("matched", matched, 1);
+    visitor("finished", finished, 1);
+    visitor("bad", bad, 1);
+  }
+  friend bool operator==(const KdBacktrackOutRecord&, const KdBacktrackOutRecord&) = default;
 };
 
 /// Triangle record and ray.
@@ -919,6 +1112,23 @@ struct TriTestInRecord {
     for (auto x : direction) ok = ok && detail::fits_signed(x, 27);
     return ok;
   }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    for (auto& x : u) visitor("u", x, 27);
+    for (auto& x : v) visitor("v", x, 27);
+    for (auto& x : n) visitor("n", x, 27);
+    visitor("offset_u", offset_u, 32);
+    visitor("offset_v", offset_v, 32);
+    visitor("offset_n", offset_n, 32);
+    visitor("exponent_u", exponent_u, 6);
+    visitor("exponent_v", exponent_v, 6);
+    visitor("id", id, 32);
+    for (auto& x : origin) visitor("origin", x, 27);
+    for (auto& x : direction) visitor("direction", x, 27);
+  }
+  friend bool operator==(const TriTestInRecord&, const TriTestInRecord&) = default;
 };
 
 /// Candidate hit: what hit_finish needs of it. All 0 but id where there is no hit.
@@ -969,6 +1179,20 @@ struct TriTestOutRecord {
     ok = ok && detail::fits_unsigned(exponent_v, 6);
     return ok;
   }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    visitor("hit", hit, 1);
+    visitor("t", t, 27);
+    visitor("id", id, 32);
+    visitor("edge_u", edge_u, 55);
+    visitor("edge_v", edge_v, 55);
+    visitor("dz", dz, 27);
+    visitor("exponent_u", exponent_u, 6);
+    visitor("exponent_v", exponent_v, 6);
+  }
+  friend bool operator==(const TriTestOutRecord&, const TriTestOutRecord&) = default;
 };
 
 /// Best candidate of a ray and the ray's status.
@@ -1019,6 +1243,20 @@ struct HitFinishInRecord {
     ok = ok && detail::fits_unsigned(exponent_v, 6);
     return ok;
   }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    visitor("status", status, 4);
+    visitor("t", t, 27);
+    visitor("id", id, 32);
+    visitor("edge_u", edge_u, 55);
+    visitor("edge_v", edge_v, 55);
+    visitor("dz", dz, 27);
+    visitor("exponent_u", exponent_u, 6);
+    visitor("exponent_v", exponent_v, 6);
+  }
+  friend bool operator==(const HitFinishInRecord&, const HitFinishInRecord&) = default;
 };
 
 }  // namespace retrace::contract

@@ -153,7 +153,15 @@ def emit_records(c):
                 out.append(f"    for (auto x : {f['name']}) ok = ok && detail::{test}(x, {f['width']});")
             else:
                 out.append(f"    ok = ok && detail::{test}({f['name']}, {f['width']});")
-        out += ["    return ok;", "  }", "};", ""]
+        out += ["    return ok;", "  }", "",
+                "  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.",
+                "  template <typename Visitor>", "  void visit(Visitor&& visitor) {"]
+        for f in r["fields"]:
+            if f["count"] > 1:
+                out.append(f"    for (auto& x : {f['name']}) visitor(\"{f['name']}\", x, {f['width']});")
+            else:
+                out.append(f"    visitor(\"{f['name']}\", {f['name']}, {f['width']});")
+        out += ["  }", f"  friend bool operator==(const {camel(name)}Record&, const {camel(name)}Record&) = default;", "};", ""]
     out += ["}  // namespace retrace::contract", ""]
     return "\n".join(out)
 
