@@ -21,7 +21,8 @@ inline kd_backtrack_out_record kd_backtrack(const kd_backtrack_in_record& in) {
   if (out.matched) {
     out.node = in.parent_child;
     out.node <<= 1;
-    out.node |= upper;
+    const node_index_t side = upper;
+    out.node |= side;
   }
   return out;
 }

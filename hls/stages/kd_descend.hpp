@@ -13,11 +13,11 @@ inline kd_descend_out_record kd_descend(const kd_descend_in_record& in) {
   const t_t plane = t_plane(in.split, in.origin, in.reciprocal, in.shift);
   flag_t near = in.t < plane;
   if (in.zero) near = in.origin < in.split;
-  const flag_t right = near == in.negative;
+  const node_index_t side = near == in.negative ? 1 : 0;
   kd_descend_out_record out;
   out.node = in.child;
   out.node <<= 1;
-  out.node |= right;
+  out.node |= side;
   return out;
 }
 

@@ -24,7 +24,7 @@ AXES:
     if (!in.zero[axis] && (!out.exits || t < out.t_exit)) {
       out.t_exit = t;
       out.face = 2 * axis;
-      out.face |= upper;
+      out.face += upper;
       out.plane = plane;
       out.exits = 1;
     }

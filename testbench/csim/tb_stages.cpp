@@ -1,0 +1,90 @@
+// C-simulation testbench of the stage tops: vectors through the streaming tops, results compared with plain integers.
+// usage: tb_stages [VECTORS [SEED [STAGE]]]; returns 0 on success, as csim_design, cosim_design and ctest expect.
+#include <hls_stream.h>
+
+#include <cinttypes>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+
+#include "reference.hpp"
+#include "stage_vectors.hpp"
+#include "testbench/csim/stage_tops.hpp"
+
+namespace {
+
+using retrace::Random;
+
+/// Copies 64-bit words of a host record to and from a stream word.
+template <typename Word, typename Record>
+Word to_word(const Record& record) {
+  std::uint64_t words[Record::kWords];
+  record.pack(words);
+  Word bits = 0;
+  for (int i = Record::kWords - 1; i >= 0; --i) {
+    bits <<= 64;
+    bits |= Word(ap_uint<64>(words[i]));
+  }
+  return bits;
+}
+
+template <typename Record, typename Word>
+Record from_word(const Word& bits) {
+  std::uint64_t words[Record::kWords];
+  for (int i = 0; i < Record::kWords; ++i) {
+    const Word shifted = bits >> (64 * i);
+    words[i] = ap_uint<64>(shifted).to_uint64();
+  }
+  return Record::unpack(words);
+}
+
+template <typename Record>
+void print(const char* title, Record record) {
+  std::printf("  %s\n", title);
+  record.visit([](const char* name, auto value, int) { std::printf("    %-12s %" PRId64 "\n", name, std::int64_t(value)); });
+}
+
+template <typename InWord, typename OutWord, typename Vector, typename Reference>
+bool run(const char* stage, const char* only, std::uint64_t vectors, std::uint64_t seed,
+         void (*top)(hls::stream<InWord>&, hls::stream<OutWord>&), Vector vector, Reference reference) {
+  if (only && std::strcmp(only, stage) != 0) return true;
+  Random random(seed);
+  hls::stream<InWord> in("in");
+  hls::stream<OutWord> out("out");
+  std::uint64_t wrong = 0;
+  for (std::uint64_t i = 0; i < vectors; ++i) {
+    const auto input = vector(random);
+    const auto expected = reference(input);
+    in.write(to_word<InWord>(input));
+    top(in, out);
+    const auto result = from_word<std::remove_const_t<decltype(expected)>>(out.read());
+    if (result == expected) continue;
+    if (++wrong > 1) continue;
+    std::printf("%s: vector %" PRIu64 " of seed %" PRIu64 " differs\n", stage, i, seed);
+    print("input", input);
+    print("expected", expected);
+    print("result", result);
+  }
+  std::printf("%-12s %" PRIu64 " vectors, seed %" PRIu64 ", %" PRIu64 " differ\n", stage, vectors, seed, wrong);
+  return wrong == 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::uint64_t vectors = argc > 1 ? std::strtoull(argv[1], nullptr, 0) : 20000;
+  const std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 0) : retrace::test_seed();
+  const char* only = argc > 3 ? argv[3] : nullptr;
+  bool good = true;
+#define RUN(stage) \
+  good &= run(#stage, only, vectors, seed, stage##_top, retrace::stage##_vector, retrace::reference::stage)
+  RUN(ray_setup);
+  RUN(kd_descend);
+  RUN(leaf_exit);
+  RUN(kd_backtrack);
+  RUN(tri_test);
+  RUN(hit_finish);
+#undef RUN
+  return good ? 0 : 1;
+}
