@@ -1,5 +1,5 @@
-// Flattening and snapping. Both run in parallel and give the same result for any number of threads: every triangle is computed on its
-// own, and the only reductions are minima and maxima.
+// Flattening and snapping. Both run in parallel and give the same result for any number of threads: every triangle is
+// computed on its own, and the only reductions are minima and maxima.
 #include "golden/scene/geometry.hpp"
 
 #include <tbb/blocked_range.h>
@@ -27,7 +27,8 @@ struct Part {
 std::string describe(const Scene& scene, const Part& part) {
   const auto quoted = [](const std::string& name) { return name.empty() ? std::string() : " '" + name + "'"; };
   return "node " + std::to_string(part.node) + quoted(scene.nodes[part.node].name) + ", mesh " +
-         std::to_string(part.mesh) + quoted(scene.meshes[part.mesh].name) + ", primitive " + std::to_string(part.primitive);
+         std::to_string(part.mesh) + quoted(scene.meshes[part.mesh].name) + ", primitive " +
+         std::to_string(part.primitive);
 }
 
 bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
@@ -66,8 +67,8 @@ WorldTriangles flatten(const Scene& scene) {
       parts.push_back({node, mesh, p, total});
       total += count;
       if (total > kMaxWorldTriangles)
-        throw Error(scene.name + ": more than " + std::to_string(kMaxWorldTriangles) + " triangles, instances counted (" +
-                    describe(scene, parts.back()) + ")");
+        throw Error(scene.name + ": more than " + std::to_string(kMaxWorldTriangles) +
+                    " triangles, instances counted (" + describe(scene, parts.back()) + ")");
     }
   }
 
@@ -80,10 +81,11 @@ WorldTriangles flatten(const Scene& scene) {
   };
   const auto convert = [&](const tbb::blocked_range<std::size_t>& range, Bad bad) {
     // Part that holds the range's first triangle: the last that starts at or before it.
-    std::size_t k = static_cast<std::size_t>(std::upper_bound(parts.begin(), parts.end(), range.begin(),
-                                                              [](std::size_t i, const Part& p) { return i < p.first; }) -
-                                             parts.begin()) -
-                    1;
+    std::size_t k =
+        static_cast<std::size_t>(std::upper_bound(parts.begin(), parts.end(), range.begin(),
+                                                  [](std::size_t i, const Part& p) { return i < p.first; }) -
+                                 parts.begin()) -
+        1;
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
       while (k + 1 < parts.size() && parts[k + 1].first <= i) ++k;
       const Part& part = parts[k];
@@ -109,9 +111,8 @@ WorldTriangles flatten(const Scene& scene) {
     const glm::uvec3 corners = primitive.triangles[source.triangle];
     int c = 0;
     while (finite(out.vertices[bad.triangle][static_cast<std::size_t>(c)])) ++c;
-    const std::string where =
-        scene.name + ": " + describe(scene, {source.node, source.mesh, source.primitive, 0}) + ", vertex " +
-        std::to_string(corners[c]);
+    const std::string where = scene.name + ": " + describe(scene, {source.node, source.mesh, source.primitive, 0}) +
+                              ", vertex " + std::to_string(corners[c]);
     throw Error(corners[c] < primitive.positions.size() ? where + ": the world position is not finite"
                                                         : where + ": there is no such vertex");
   }
@@ -141,8 +142,8 @@ GridScene snap(const WorldTriangles& world) {
     out.transform.center = bounds.lower * 0.5 + bounds.upper * 0.5;
     const glm::dvec3 reach = glm::max(bounds.upper - out.transform.center, out.transform.center - bounds.lower);
     const double half = std::max({reach.x, reach.y, reach.z});
-    // One code is left beside the pad, so rounding cannot take the padded box out of [-1, 1]. Where the reciprocal overflows, the
-    // scene is smaller than 2^-1000 of its units: it shrinks to a point, as it does when half is 0.
+    // One code is left beside the pad, so rounding cannot take the padded box out of [-1, 1]. Where the reciprocal
+    // overflows, the scene is smaller than 2^-1000 of its units: it shrinks to a point, as it does when half is 0.
     const double scale = (kOne - contract::kBoxPad - 1) / kOne / half;
     out.transform.scale = std::isfinite(scale) ? scale : 1.0;
   }

@@ -1,4 +1,5 @@
-// Node hierarchy of a scene: local and world transforms, reachability. Iterative, so that a deep hierarchy cannot exhaust the stack.
+// Node hierarchy of a scene: local and world transforms, reachability. Iterative, so that a deep hierarchy cannot
+// exhaust the stack.
 #include "golden/scene/scene.hpp"
 
 #include <algorithm>
@@ -8,8 +9,7 @@ namespace retrace {
 
 glm::dmat4 Node::local() const {
   if (has_matrix) return matrix;
-  return glm::translate(glm::dmat4(1.0), translation) * glm::mat4_cast(rotation) *
-         glm::scale(glm::dmat4(1.0), scale);
+  return glm::translate(glm::dmat4(1.0), translation) * glm::mat4_cast(rotation) * glm::scale(glm::dmat4(1.0), scale);
 }
 
 std::vector<std::uint32_t> Scene::reachable() const {

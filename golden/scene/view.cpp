@@ -64,7 +64,8 @@ ViewCamera framing(const WorldTriangles& triangles) {
   for (int corner = 0; corner < 8; ++corner) {
     const glm::dvec3 p = half * glm::dvec3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
     const double depth = glm::dot(p, back);  // towards the camera
-    distance = std::max({distance, depth + std::abs(glm::dot(p, right)) / tan_x, depth + std::abs(glm::dot(p, up)) / tan_y});
+    distance =
+        std::max({distance, depth + std::abs(glm::dot(p, right)) / tan_x, depth + std::abs(glm::dot(p, up)) / tan_y});
   }
   const double margin = 1.04;
   camera.world = glm::dmat4(glm::dvec4(right, 0), glm::dvec4(up, 0), glm::dvec4(back, 0),

@@ -1,0 +1,16 @@
+// Encoded images (PNG, JPEG) to linear textures, through OpenImageIO.
+#pragma once
+#include <cstdint>
+#include <span>
+
+#include "golden/scene/scene.hpp"
+
+namespace retrace::gltf {
+
+inline constexpr int kMaxImageSide = 16384;
+
+/// Decodes an image of at most `max_texels` texels, and linearises its colour (alpha is linear as stored). Throws Error
+/// (without a location) if it is of another format, broken or too large.
+Texture decode_image(std::span<const std::uint8_t> bytes, std::uint64_t max_texels);
+
+}  // namespace retrace::gltf
