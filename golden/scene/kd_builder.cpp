@@ -191,7 +191,7 @@ class Builder {
   Builder(const GridScene& scene, const BuildOptions& options) : scene_(scene), options_(options) {
     const double n = static_cast<double>(std::max<std::size_t>(scene.triangles.size(), 1));
     const int deepest =
-        options.max_depth > 0 ? options.max_depth : static_cast<int>(std::lround(8 + 1.3 * std::log2(n)));
+        options.max_depth > 0 ? options.max_depth : static_cast<int>(std::lround(6 + 1.2 * std::log2(n)));
     max_depth_ = std::min(deepest, kDeepest);
   }
 

@@ -81,6 +81,7 @@ std::string pair_name(std::uint64_t node) {
   return "node pair " + std::to_string(node >> 1) + (node & 1 ? " (right)" : " (left)");
 }
 std::string leaf_name(std::uint64_t leaf) { return "leaf record " + std::to_string(leaf); }
+std::string element(const char* field, std::uint64_t i) { return std::string(field) + '[' + std::to_string(i) + ']'; }
 std::string triangle_name(std::uint64_t triangle) { return "triangle record " + std::to_string(triangle); }
 
 /// What does not depend on the tree: everything in the header but depth and step limit.
@@ -108,10 +109,8 @@ void check_header(const HeaderRecord& h, std::uint64_t words) {
   for (std::uint32_t x : h.reserved_2) expect(x == 0, "header", "reserved_2", x, "0");
   for (int axis = 0; axis < 3; ++axis) {
     const auto low = static_cast<std::int32_t>(h.box[2 * axis]), high = static_cast<std::int32_t>(h.box[2 * axis + 1]);
-    const std::string field = "box[" + std::to_string(2 * axis) + "]";
-    expect(low >= -kUnit && low < high && high <= kUnit, "header", field, low,
-           "to be below box[" + std::to_string(2 * axis + 1) + "] = " + std::to_string(high) +
-               " and both in [-2^24, 2^24]");
+    expect(low >= -kUnit && low < high && high <= kUnit, "header", element("box", 2 * axis), low,
+           "to be below " + element("box", 2 * axis + 1) + " = " + std::to_string(high) + " and both in [-2^24, 2^24]");
   }
   const double scale = std::bit_cast<double>(h.scale);
   expect(std::isfinite(scale) && scale > 0, "header", "scale", scale, "a finite positive number");
@@ -202,11 +201,10 @@ void check_leaf(const MemoryImage& image, std::uint32_t index, const Cell& cell)
   const HeaderRecord& h = image.header();
   const LeafRecord leaf = image.leaf(index);
   for (int face = 0; face < 6; ++face) {
-    const std::string at = "[" + std::to_string(face) + "]";
     if (leaf.bound[face] != cell.bound[face])
-      expect(false, leaf_name(index), "bound" + at, leaf.bound[face], std::to_string(cell.bound[face]));
+      expect(false, leaf_name(index), element("bound", face), leaf.bound[face], std::to_string(cell.bound[face]));
     if (leaf.link[face] != cell.link[face])
-      expect(false, leaf_name(index), "link" + at, leaf.link[face], std::to_string(cell.link[face]));
+      expect(false, leaf_name(index), element("link", face), leaf.link[face], std::to_string(cell.link[face]));
   }
   if (leaf.parent != cell.parent) expect(false, leaf_name(index), "parent", leaf.parent, std::to_string(cell.parent));
   if (leaf.kind != static_cast<std::uint32_t>(contract::kKindTriangles))
@@ -221,7 +219,7 @@ void check_leaf(const MemoryImage& image, std::uint32_t index, const Cell& cell)
   for (std::uint32_t i = 0; i < kInline; ++i) {
     const bool used = i < leaf.count;
     if (used ? leaf.refs[i] >= h.triangle_count : leaf.refs[i] != 0)
-      expect(false, leaf_name(index), "refs[" + std::to_string(i) + "]", leaf.refs[i],
+      expect(false, leaf_name(index), element("refs", i), leaf.refs[i],
              used ? "below triangle_count = " + std::to_string(h.triangle_count) : "0 beyond count");
   }
 }
