@@ -1,0 +1,113 @@
+// C-simulation testbench of the full kernel: rays of every awkward kind through retrace_trace, compared with brute force over all
+// triangles with the same test, and across the kernel's modes, bit for bit.
+// usage: tb_trace [SCENE [SEED [RAYS]]]; SCENE is a glTF file or the name of a generated scene. Returns 0 on success.
+#include <tbb/parallel_for.h>
+
+#include <cinttypes>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include "brute_force.hpp"
+#include "csim_engine.hpp"
+#include "golden/scene/kd_builder.hpp"
+#include "scenes/open_scene.hpp"
+#include "test_rays.hpp"
+
+namespace {
+
+using namespace retrace;
+
+constexpr std::int32_t kGrazing = 1 << (contract::kRowDirectionFrac - 10);  // |d'z| < 2^-10: counted apart
+
+struct Tally {
+  std::uint64_t hits = 0, modes_differ = 0, differ = 0, grazing = 0, faults = 0, golden_modes_differ = 0;
+};
+
+bool same_bits(const Hit& a, const Hit& b) {
+  return a.status == b.status && a.id == b.id && a.t == b.t && a.u == b.u && a.v == b.v;
+}
+
+void report(const char* what, std::uint64_t seed, std::size_t index, const contract::RayRecord& ray, const Hit& hit,
+            const BruteForce::Result& truth) {
+  std::printf("  %s: seed %" PRIu64 " ray %zu origin %d %d %d direction %d %d %d t_max %u any %u\n"
+              "    kernel status %u id %u t %.0f; brute force hit %d id %u t %u d'z %d\n",
+              what, seed, index, ray.origin[0], ray.origin[1], ray.origin[2], ray.direction[0], ray.direction[1],
+              ray.direction[2], ray.t_max, ray.any, hit.status, hit.id, hit.t * (1 << contract::kTLimitFrac), truth.hit,
+              truth.id, truth.t, truth.dz);
+}
+
+int run(const char* name, std::uint64_t seed, std::size_t count) {
+  const GridScene scene = snap(flatten(open_scene(name)));
+  const MemoryImage image = build_kd(scene);
+  image.check();
+  auto csim = make_csim_engine(image);
+  auto golden = make_golden_engine(scene, image);
+  const BruteForce brute(image);
+  Random random(seed);
+  Tally tally;
+  constexpr std::size_t kBatch = 1 << 16;
+  std::size_t printed = 0;
+  for (std::size_t done = 0; done < count; done += kBatch) {
+    const auto rays = make_test_rays(scene, image, std::min(kBatch, count - done), random);
+    const std::size_t size = rays.size();
+    std::vector<Hit> face(size), parent(size), mail(size), stack_golden(size), parent_golden(size), face_golden(size);
+    TraceOptions options;
+    csim->trace(rays, face, {}, options);
+    golden->trace(rays, face_golden, {}, options);
+    options.way_up = WayUp::kParentLinks;
+    csim->trace(rays, parent, {}, options);
+    golden->trace(rays, parent_golden, {}, options);
+    options.mailbox = kCsimMailbox;
+    csim->trace(rays, mail, {}, options);
+    options.mailbox = 0;
+    options.way_up = WayUp::kStack;
+    golden->trace(rays, stack_golden, {}, options);
+
+    std::vector<BruteForce::Result> truth(size);
+    tbb::parallel_for(std::size_t{0}, size, [&](std::size_t i) {
+      if (!rays[i].outside) truth[i] = brute.trace(rays[i].record);
+    });
+    for (std::size_t i = 0; i < size; ++i) {
+      tally.hits += face[i].hit();
+      if (face[i].status > static_cast<std::uint32_t>(contract::kStatusHit)) {
+        ++tally.faults;
+        if (++printed < 10) report("fault", seed, done + i, rays[i].record, face[i], truth[i]);
+      }
+      if (!same_bits(face[i], parent[i]) || !same_bits(face[i], mail[i])) {
+        ++tally.modes_differ;
+        if (++printed < 10) report("modes differ", seed, done + i, rays[i].record, parent[i], truth[i]);
+      }
+      if (!same_bits(face_golden[i], parent_golden[i]) || !same_bits(face_golden[i], stack_golden[i])) {
+        ++tally.golden_modes_differ;
+        if (++printed < 10) report("golden modes differ", seed, done + i, rays[i].record, stack_golden[i], truth[i]);
+      }
+      bool equal = face[i].hit() == truth[i].hit;
+      if (equal && truth[i].hit && !rays[i].record.any)
+        equal = face[i].id == truth[i].id && face[i].t * (1 << contract::kTLimitFrac) == truth[i].t;
+      if (equal) continue;
+      const bool grazing = truth[i].hit && truth[i].dz < kGrazing;
+      ++(grazing ? tally.grazing : tally.differ);
+      if (++printed < 10) report(grazing ? "grazing" : "differs", seed, done + i, rays[i].record, face[i], truth[i]);
+    }
+  }
+  std::printf("%-16s %8zu triangles %9zu rays seed %" PRIu64 ": %" PRIu64 " hits, %" PRIu64 " differ from brute force, %" PRIu64
+              " grazing, %" PRIu64 " between modes, %" PRIu64 " between golden modes, %" PRIu64 " faults\n",
+              name, scene.triangles.size(), count, seed, tally.hits, tally.differ, tally.grazing, tally.modes_differ,
+              tally.golden_modes_differ, tally.faults);
+  return tally.differ + tally.modes_differ + tally.golden_modes_differ + tally.faults == 0 ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const char* name = argc > 1 ? argv[1] : "knot";
+  const std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 0) : test_seed();
+  const std::size_t count = argc > 3 ? std::strtoull(argv[3], nullptr, 0) : 9000;
+  try {
+    return run(name, seed, count);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "tb_trace: %s\n", error.what());
+    return 1;
+  }
+}
