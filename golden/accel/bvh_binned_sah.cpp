@@ -1,0 +1,105 @@
+// I. Wald, On fast construction of SAH-based bounding volume hierarchies, IEEE Interactive Ray Tracing 2007: top-down, triangles
+// sorted into bins by centroid, split where the surface area heuristic is least.
+#include <algorithm>
+#include <numeric>
+
+#include "bvh.hpp"
+
+namespace retrace::accel {
+namespace {
+
+constexpr int kBins = 16;
+constexpr double kTraversalCost = 1.0, kIntersectionCost = 1.5;  // as the kd builder's defaults
+constexpr std::uint32_t kMaxLeaf = 8;
+
+class Builder {
+ public:
+  explicit Builder(const TriangleSet& set) {
+    draft.order.resize(set.triangles.size());
+    std::iota(draft.order.begin(), draft.order.end(), 0u);
+    for (const Triangle& t : set.triangles) boxes_.push_back(t.box()), centers_.push_back(boxes_.back().center());
+    draft.nodes.emplace_back();
+    std::vector<Task> todo{{0, 0, static_cast<std::uint32_t>(set.triangles.size())}};
+    while (!todo.empty()) {
+      const Task task = todo.back();
+      todo.pop_back();
+      const std::uint32_t middle = split(task.first, task.last);
+      if (middle == task.first) {
+        draft.nodes[task.node].first = task.first, draft.nodes[task.node].count = task.last - task.first;
+        continue;
+      }
+      const auto left = static_cast<std::uint32_t>(draft.nodes.size());
+      draft.nodes.resize(left + 2);
+      draft.nodes[task.node].child = left;
+      draft.nodes[left].sibling = left + 1;
+      todo.push_back({left + 1, middle, task.last});
+      todo.push_back({left, task.first, middle});
+    }
+  }
+  BvhDraft draft;
+
+ private:
+  struct Task {
+    std::uint32_t node, first, last;
+  };
+  struct Bin {
+    Box box;
+    std::uint32_t count = 0;
+  };
+
+  /// Partitions [first, last) and returns the middle, or `first` for a leaf.
+  std::uint32_t split(std::uint32_t first, std::uint32_t last) {
+    const std::uint32_t count = last - first;
+    if (count <= 1) return first;
+    Box box, centers;
+    for (std::uint32_t i = first; i < last; ++i) box.add(boxes_[draft.order[i]]), centers.add(centers_[draft.order[i]]);
+    double best_cost = kInfinity;
+    int best_axis = -1, best_bin = 0;
+    for (int a = 0; a < 3; ++a) {
+      if (!(centers.upper[a] > centers.lower[a])) continue;
+      std::array<Bin, kBins> bins;
+      for (std::uint32_t i = first; i < last; ++i) {
+        Bin& bin = bins[bin_of(draft.order[i], a, centers)];
+        bin.box.add(boxes_[draft.order[i]]);
+        ++bin.count;
+      }
+      std::array<double, kBins> right{};
+      Box sweep;
+      std::uint32_t n = 0;
+      for (int b = kBins - 1; b > 0; --b) {
+        sweep.add(bins[b].box), n += bins[b].count;
+        right[b] = n ? n * sweep.half_area() : 0.0;
+      }
+      sweep = {}, n = 0;
+      for (int b = 0; b + 1 < kBins; ++b) {
+        sweep.add(bins[b].box), n += bins[b].count;
+        if (n == 0 || n == count) continue;
+        const double cost = n * sweep.half_area() + right[b + 1];
+        if (cost < best_cost) best_cost = cost, best_axis = a, best_bin = b;
+      }
+    }
+    if (best_axis < 0) {  // all centroids coincide
+      return count <= kMaxLeaf ? first : first + count / 2;
+    }
+    const double area = box.half_area();
+    const double split_cost = 2.0 * kTraversalCost + (area > 0.0 ? kIntersectionCost * best_cost / area : 0.0);
+    if (count <= kMaxLeaf && split_cost >= kIntersectionCost * count) return first;
+    const auto middle = std::partition(draft.order.begin() + first, draft.order.begin() + last, [&](std::uint32_t t) {
+      return bin_of(t, best_axis, centers) <= best_bin;
+    });
+    return static_cast<std::uint32_t>(middle - draft.order.begin());
+  }
+  int bin_of(std::uint32_t triangle, int axis, const Box& centers) const {
+    const double x = (centers_[triangle][axis] - centers.lower[axis]) / (centers.upper[axis] - centers.lower[axis]);
+    return std::min(kBins - 1, static_cast<int>(x * kBins));
+  }
+
+  std::vector<Box> boxes_;
+  std::vector<glm::dvec3> centers_;
+};
+
+}  // namespace
+
+BvhDraft draft_binned_sah(const TriangleSet& set) { return Builder(set).draft; }
+
+}  // namespace retrace::accel

@@ -1,0 +1,120 @@
+#include "catalogue.hpp"
+
+#include <chrono>
+
+namespace retrace::accel {
+namespace {
+
+template <class F>
+auto timed(F&& f, double& seconds) {
+  const auto start = std::chrono::steady_clock::now();
+  auto result = f();
+  seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+std::vector<Technique> make_catalogue() {
+  std::vector<Technique> all;
+  all.push_back({"brute-force", "none", "every triangle", "", false, [](Workshop& w, double& seconds) {
+                   seconds = 0.0;
+                   return std::shared_ptr<const Structure>(make_brute_force(w.set()));
+                 }});
+  const auto grid = [&](std::string key, std::string name, std::string source, GridDensity density) {
+    all.push_back({key, name, "3D-DDA", std::move(source), true,
+                   [density](Workshop& w, double& seconds) { return w.grid(density, seconds); }});
+  };
+  grid("grid-woo", "grid, 20 triangles a voxel", "Woo 1992; Amanatides & Woo 1987", GridDensity::kWoo);
+  grid("grid-pharr", "grid, 3 cbrt N a side", "Pharr & Humphreys 2004; Amanatides & Woo 1987", GridDensity::kPharr);
+
+  struct KdWalk {
+    std::string key, name, source;
+    KdTraversal traversal;
+    int entries;
+  };
+  std::vector<KdWalk> walks{{"stack", "stack", "Havran 2000", KdTraversal::kStack, 0}};
+  for (int n = 2; n <= 8; ++n)
+    walks.push_back({"short-stack-" + std::to_string(n), "short stack of " + std::to_string(n), "Horn et al. 2007",
+                     KdTraversal::kShortStack, n});
+  walks.push_back({"restart", "restart", "Foley & Sugerman 2005", KdTraversal::kRestart, 0});
+  walks.push_back({"backtrack-boxes", "backtrack, boxes", "Foley & Sugerman 2005", KdTraversal::kBacktrackBoxes, 0});
+  walks.push_back({"backtrack-plane", "backtrack, plane match", "this project", KdTraversal::kBacktrackPlane, 0});
+  walks.push_back({"face-links", "backtrack, face links", "this project", KdTraversal::kFaceLinks, 0});
+  struct Split {
+    std::string key, name, source;
+    BuildOptions::Split split;
+  };
+  for (const Split& split : {Split{"kd-sah", "kd-tree, SAH", "MacDonald & Booth 1990; ", BuildOptions::Split::kSah},
+                             Split{"kd-spatial", "kd-tree, spatial median", "Kaplan 1985; ", BuildOptions::Split::kSpatialMedian},
+                             Split{"kd-object", "kd-tree, object median", "Jansen 1986; ", BuildOptions::Split::kObjectMedian}}) {
+    for (const KdWalk& walk : walks) {
+      all.push_back({split.key + "/" + walk.key, split.name, walk.name, split.source + walk.source, true,
+                     [split = split.split, walk](Workshop& w, double& seconds) -> std::shared_ptr<const Structure> {
+                       return make_kd(w.kd(split, seconds), walk.traversal, walk.entries);
+                     }});
+    }
+  }
+
+  struct BvhWalk {
+    std::string key, name, source;
+    BvhTraversal traversal;
+  };
+  const BvhWalk stack{"stack", "ordered stack", "", BvhTraversal::kStack};
+  const BvhWalk heap{"heap", "heap", "Kay & Kajiya 1986", BvhTraversal::kHeap};
+  const BvhWalk stackless{"stackless", "parent links, no stack", "Hapala et al. 2011", BvhTraversal::kStackless};
+  const auto bvh = [&](std::string key, std::string name, std::string source, BvhBuilder builder, int slabs,
+                       const std::vector<BvhWalk>& with) {
+    for (const BvhWalk& walk : with) {
+      std::string both = source;
+      if (!walk.source.empty() && walk.source != source) both += "; " + walk.source;
+      all.push_back({key + "/" + walk.key, name, walk.name, both, false,
+                     [builder, slabs, traversal = walk.traversal](Workshop& w, double& seconds) -> std::shared_ptr<const Structure> {
+                       return make_bvh(w.bvh(builder, slabs, seconds), traversal);
+                     }});
+    }
+  };
+  for (const int slabs : {3, 5, 7}) {
+    const std::string n = std::to_string(slabs);
+    bvh("bvh-kk" + n, "BVH, median cut, " + n + " slab pairs", "Kay & Kajiya 1986", BvhBuilder::kKayKajiya, slabs,
+        slabs == 5 ? std::vector{heap} : std::vector{heap, stack, stackless});
+  }
+  bvh("bvh-gs", "BVH, insertion", "Goldsmith & Salmon 1987", BvhBuilder::kGoldsmithSalmon, 3, {stack, stackless});
+  bvh("bvh-sah", "BVH, binned SAH", "Wald 2007", BvhBuilder::kBinnedSah, 3, {stack, heap, stackless});
+  return all;
+}
+
+}  // namespace
+
+std::shared_ptr<const KdTree> Workshop::kd(BuildOptions::Split split, double& seconds) {
+  Made<KdTree>& made = kd_[static_cast<int>(split)];
+  if (!made.thing) {
+    BuildOptions options;
+    options.split = split;
+    const MemoryImage image = timed([&] { return build_kd(scene_, options); }, made.seconds);
+    made.thing = decode_kd(image, set_);
+  }
+  seconds = made.seconds;
+  return made.thing;
+}
+
+std::shared_ptr<const Bvh> Workshop::bvh(BvhBuilder builder, int slabs, double& seconds) {
+  Made<Bvh>& made = bvh_[static_cast<int>(builder) * 16 + slabs];
+  if (!made.thing) made.thing = timed([&] { return build_bvh(set_, builder, slabs); }, made.seconds);
+  seconds = made.seconds;
+  return made.thing;
+}
+
+std::shared_ptr<const Structure> Workshop::grid(GridDensity density, double& seconds) {
+  Made<Structure>& made = grid_[static_cast<int>(density)];
+  if (!made.thing) {
+    made.thing = timed([&] { return std::shared_ptr<const Structure>(make_grid(set_, density)); }, made.seconds);
+  }
+  seconds = made.seconds;
+  return made.thing;
+}
+
+const std::vector<Technique>& catalogue() {
+  static const std::vector<Technique> all = make_catalogue();
+  return all;
+}
+
+}  // namespace retrace::accel
