@@ -147,35 +147,67 @@ struct BuildNode {
   std::uint32_t count = 0;
 };
 
-/// Memory of finished nodes and leaves; freed as a whole.
+/// Memory that is handed out in order. Finished nodes stay until the end; scratch is given back to a mark, last in,
+/// first out.
 class Arena {
  public:
   template <typename T>
   T* allocate(std::size_t count) {
-    const std::size_t bytes = (count * sizeof(T) + 15) / 16 * 16;
-    if (bytes > left_) {
-      const std::size_t block = std::max(bytes, kBlock);
-      blocks_.push_back(std::make_unique_for_overwrite<std::byte[]>(block));
-      at_ = blocks_.back().get();
-      left_ = block;
-    }
-    T* result = reinterpret_cast<T*>(at_);
-    at_ += bytes;
-    left_ -= bytes;
-    return std::uninitialized_default_construct_n(result, count), result;
+    static_assert(std::is_trivially_destructible_v<T> && alignof(T) <= kAlign);
+    const std::size_t bytes = (count * sizeof(T) + kAlign - 1) / kAlign * kAlign;
+    if (blocks_.empty() || bytes > blocks_[mark_.block].size - mark_.offset) next_block(bytes);
+    T* result = reinterpret_cast<T*>(blocks_[mark_.block].memory.get() + mark_.offset);
+    mark_.offset += bytes;
+    std::uninitialized_default_construct_n(result, count);
+    return result;
   }
 
+  struct Mark {
+    std::size_t block = 0, offset = 0;
+  };
+  Mark mark() const { return mark_; }
+  void release(Mark mark) { mark_ = mark; }
+
  private:
-  static constexpr std::size_t kBlock = std::size_t{1} << 18;
-  std::vector<std::unique_ptr<std::byte[]>> blocks_;
-  std::byte* at_ = nullptr;
-  std::size_t left_ = 0;
+  static constexpr std::size_t kAlign = 16, kBlock = std::size_t{1} << 18;
+  struct Block {
+    std::unique_ptr<std::byte[]> memory;
+    std::size_t size;
+  };
+
+  /// A block that was released before is used again if it is large enough, and replaced if not: nothing above the mark
+  /// is alive.
+  void next_block(std::size_t bytes) {
+    const std::size_t next = blocks_.empty() ? 0 : mark_.block + 1;
+    if (next == blocks_.size() || blocks_[next].size < bytes) {
+      const std::size_t size = std::max(bytes, kBlock);
+      blocks_.resize(next);
+      blocks_.push_back({std::make_unique_for_overwrite<std::byte[]>(size), size});
+    }
+    mark_ = {next, 0};
+  }
+
+  std::vector<Block> blocks_;
+  Mark mark_;
 };
 
-/// A node that is still to be split: its triangles and, by axis, their events. References in events index `triangles`.
+/// A node that is still to be split: its triangles, ascending, and by axis their events. References in events index
+/// `triangles`.
 struct Work {
-  std::vector<std::uint32_t> triangles;
-  std::vector<Event> events[3];
+  std::size_t count = 0;
+  std::uint32_t* triangles = nullptr;
+  std::array<Event*, 3> events{};  ///< 2 * count each, ascending
+
+  void allocate(Arena& arena, std::size_t n) {
+    count = n;
+    triangles = arena.allocate<std::uint32_t>(n);
+    allocate_events(arena);
+  }
+  /// One more than needed: distribute() writes where the next event may go before it knows whether there is one.
+  void allocate_events(Arena& arena) {
+    for (auto& e : events) e = arena.allocate<Event>(2 * count + 1);
+  }
+  std::span<const Event> sorted(int axis) const { return {events[axis], 2 * count}; }
 };
 
 struct SplitChoice {
@@ -183,8 +215,6 @@ struct SplitChoice {
   std::uint32_t axis = kLeafAxis;
   std::int32_t position = 0;
 };
-
-constexpr std::uint8_t kLeft = 1, kRight = 2, kBoth = 3;
 
 class Builder {
  public:
@@ -197,61 +227,119 @@ class Builder {
 
   void run(BuildNode& root) {
     const std::size_t n = scene_.triangles.size();
+    auto arena = std::make_unique<Arena>();
     Work work;
-    work.triangles.resize(n);
-    for (auto& events : work.events) events.resize(2 * n);
+    work.allocate(*arena, n);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, n, kParallel), [&](const auto& range) {
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
-        work.triangles[i] = static_cast<std::uint32_t>(i);
+        const auto reference = static_cast<std::uint32_t>(i);
+        work.triangles[i] = reference;
         const auto& v = scene_.triangles[i].vertices;
         for (int axis = 0; axis < 3; ++axis) {
           const std::int32_t lo = std::min({v[0][axis], v[1][axis], v[2][axis]}) - kMargin;
           const std::int32_t hi = std::max({v[0][axis], v[1][axis], v[2][axis]}) + kMargin;
-          work.events[axis][2 * i] = make_event(lo, true, static_cast<std::uint32_t>(i));
-          work.events[axis][2 * i + 1] = make_event(hi, false, static_cast<std::uint32_t>(i));
+          work.events[axis][2 * i] = make_event(lo, true, reference);
+          work.events[axis][2 * i + 1] = make_event(hi, false, reference);
         }
       }
     });
-    for (auto& events : work.events) tbb::parallel_sort(events.begin(), events.end());
-    build(root, std::move(work), scene_.box, 0, 1.0);
+    for (Event* events : work.events) tbb::parallel_sort(events, events + 2 * n);
+    build_large(root, work, std::move(arena), scene_.box, 0, 1.0);
   }
 
  private:
-  void build(BuildNode& node, Work&& work, const Box& box, int depth, double share) {
-    const std::size_t n = work.triangles.size();
-    const SplitChoice choice = depth < max_depth_ ? choose(work, box) : SplitChoice{};
+  /// Memory of one thread.
+  struct Local {
+    Arena nodes;      ///< finished nodes and references of leaves
+    Arena scratch;    ///< work of the nodes between the current one and the root of its subtree
+    Arena temporary;  ///< of one call of distribute()
+  };
+
+  // -------------------------------------------------------------------------------------------- recursion
+
+  /// A node whose work lies in an arena of its own, which is freed before the children are built. Its children are
+  /// tasks.
+  void build_large(BuildNode& node, const Work& work, std::unique_ptr<Arena> arena, const Box& box, int depth,
+                   double share) {
+    if (work.count < kParallel) return build_small(node, work, box, depth, share);
+    const SplitChoice choice = choose(work, box, depth);
     if (choice.axis == kLeafAxis) {
-      std::uint32_t* references = arenas_.local().allocate<std::uint32_t>(n);
-      std::copy(work.triangles.begin(), work.triangles.end(), references);
-      node.references = references;
-      node.count = static_cast<std::uint32_t>(n);
+      make_leaf(node, work, local_.local());
       return report(share);
     }
-    Box boxes[2] = {box, box};
-    boxes[0][2 * choice.axis + 1] = choice.position;
-    boxes[1][2 * choice.axis] = choice.position;
+    const std::array<Box, 2> boxes = child_boxes(box, choice);
     Work children[2];
-    distribute(work, choice, boxes, children);
-    work = Work();
-
-    node.split = choice.position;
-    node.axis = choice.axis;
-    node.children = arenas_.local().allocate<BuildNode>(2);
-    const double left = static_cast<double>(children[0].triangles.size()),
-                 right = static_cast<double>(children[1].triangles.size());
-    const double left_share = share * (left + 1) / (left + right + 2);
-    const auto build_child = [&](int side, double part) {
-      build(node.children[side], std::move(children[side]), boxes[side], depth + 1, part);
-    };
-    if (n >= kParallel) {
-      tbb::parallel_invoke([&] { build_child(0, left_share); }, [&] { build_child(1, share - left_share); });
-    } else {
-      build_child(0, left_share);
-      build_child(1, share - left_share);
+    std::unique_ptr<Arena> arenas[2] = {std::make_unique<Arena>(), std::make_unique<Arena>()};
+    {
+      Arena scratch;
+      distribute(work, choice, boxes, children, {arenas[0].get(), arenas[1].get()}, scratch);
     }
+    arena.reset();
+    make_interior(node, choice, local_.local());
+    const std::array<double, 2> shares = child_shares(children, share);
+    const auto child = [&](int side) {
+      build_large(node.children[side], children[side], std::move(arenas[side]), boxes[side], depth + 1, shares[side]);
+    };
+    tbb::parallel_invoke([&] { child(0); }, [&] { child(1); });
   }
 
-  SplitChoice choose(const Work& work, const Box& box) const {
+  /// A node that one thread builds to the end. The work of its descendants lies in the thread's scratch memory.
+  void build_small(BuildNode& node, const Work& work, const Box& box, int depth, double share) {
+    build_serial(node, work, box, depth, local_.local());
+    report(share);
+  }
+
+  void build_serial(BuildNode& node, const Work& work, const Box& box, int depth, Local& local) {
+    const SplitChoice choice = choose(work, box, depth);
+    if (choice.axis == kLeafAxis) return make_leaf(node, work, local);
+    const std::array<Box, 2> boxes = child_boxes(box, choice);
+    const Arena::Mark mark = local.scratch.mark();
+    Work children[2];
+    distribute(work, choice, boxes, children, {&local.scratch, &local.scratch}, local.temporary);
+    make_interior(node, choice, local);
+    for (int side = 0; side < 2; ++side)
+      build_serial(node.children[side], children[side], boxes[side], depth + 1, local);
+    local.scratch.release(mark);
+  }
+
+  static std::array<Box, 2> child_boxes(const Box& box, const SplitChoice& choice) {
+    std::array<Box, 2> boxes{box, box};
+    boxes[0][2 * choice.axis + 1] = choice.position;
+    boxes[1][2 * choice.axis] = choice.position;
+    return boxes;
+  }
+
+  static std::array<double, 2> child_shares(const Work children[2], double share) {
+    const double left = static_cast<double>(children[0].count) + 1, right = static_cast<double>(children[1].count) + 1;
+    return {share * left / (left + right), share * right / (left + right)};
+  }
+
+  static void make_interior(BuildNode& node, const SplitChoice& choice, Local& local) {
+    node.split = choice.position;
+    node.axis = choice.axis;
+    node.children = local.nodes.allocate<BuildNode>(2);
+  }
+
+  static void make_leaf(BuildNode& node, const Work& work, Local& local) {
+    std::uint32_t* references = local.nodes.allocate<std::uint32_t>(work.count);
+    std::copy_n(work.triangles, work.count, references);
+    node.references = references;
+    node.count = static_cast<std::uint32_t>(work.count);
+  }
+
+  /// Calls f(axis) for the three axes, in parallel where there is enough to do.
+  template <typename F>
+  static void for_axes(std::size_t count, F&& f) {
+    if (count < kParallel)
+      for (int axis = 0; axis < 3; ++axis) f(axis);
+    else
+      tbb::parallel_for(0, 3, f);
+  }
+
+  // -------------------------------------------------------------------------------------------- where to split
+
+  SplitChoice choose(const Work& work, const Box& box, int depth) const {
+    if (depth >= max_depth_ || work.count == 0) return {};
     switch (options_.split) {
       case BuildOptions::Split::kSpatialMedian:
         return choose_spatial(work, box);
@@ -260,45 +348,38 @@ class Builder {
       case BuildOptions::Split::kSah:
         break;
     }
-    return choose_sah(work, box);
-  }
-
-  SplitChoice choose_sah(const Work& work, const Box& box) const {
-    const std::size_t n = work.triangles.size();
-    if (n == 0) return {};
     SplitChoice best[3];
-    const auto sweep_axis = [&](int axis) { best[axis] = sweep(work.events[axis], n, box, axis); };
-    if (n >= kParallel)
-      tbb::parallel_for(0, 3, sweep_axis);
-    else
-      for (int axis = 0; axis < 3; ++axis) sweep_axis(axis);
+    for_axes(work.count, [&](int axis) { best[axis] = sweep(work, box, axis); });
     SplitChoice choice = best[0];
     for (int axis = 1; axis < 3; ++axis)
       if (best[axis].cost < choice.cost) choice = best[axis];
-    return choice.cost < options_.intersection_cost * static_cast<double>(n) ? choice : SplitChoice{};
+    return choice.cost < options_.intersection_cost * static_cast<double>(work.count) ? choice : SplitChoice{};
   }
 
-  SplitChoice sweep(const std::vector<Event>& events, std::size_t n, const Box& box, int axis) const {
+  /// The best split on one axis, by the heuristic. Of several events at one position the first ones see too many
+  /// triangles on either side; their cost is never below that of the one in the middle, between the ends and the
+  /// starts, which sees the right numbers.
+  SplitChoice sweep(const Work& work, const Box& box, int axis) const {
     const std::int32_t low = box[2 * axis], high = box[2 * axis + 1];
     const int b = (axis + 1) % 3, c = (axis + 2) % 3;
     const double size_b = box[2 * b + 1] - box[2 * b], size_c = box[2 * c + 1] - box[2 * c];
-    // Half area of a slab of width x: cap + x * rim. Costs are kept times the half area of the box until the end.
-    const double cap = size_b * size_c, rim = size_b + size_c;
-    const double inverse = options_.intersection_cost / (cap + (static_cast<double>(high) - low) * rim);
-    const double bonus = options_.empty_bonus;
+    // Half area of a slab of width x: cap + x * rim. Costs are relative to the half area of the box.
+    const double cap = size_b * size_c, rim = size_b + size_c, width = static_cast<double>(high) - low;
+    const double scale = options_.intersection_cost / (cap + width * rim);
     SplitChoice best;
-    std::size_t left = 0, right = n;
-    for (std::size_t i = 0; i < events.size();) {
-      const std::int32_t at = position_of(events[i]);
-      while (i < events.size() && position_of(events[i]) == at && !is_start(events[i])) --right, ++i;
+    double left = 0, right = static_cast<double>(work.count);
+    for (const Event event : work.sorted(axis)) {
+      const bool start = is_start(event);
+      right -= start ? 0.0 : 1.0;
+      const std::int32_t at = position_of(event);
       if (at > low && at < high) {
-        const double x = static_cast<double>(at) - low, y = static_cast<double>(high) - at;
-        const double sum = (cap + x * rim) * static_cast<double>(left) + (cap + y * rim) * static_cast<double>(right);
-        double cost = options_.traversal_cost + sum * inverse;
-        if (left == 0 || right == 0) cost *= bonus;
+        const double x = at - low;
+        const double sum = (cap + x * rim) * left + (cap + (width - x) * rim) * right;
+        double cost = options_.traversal_cost + sum * scale;
+        if (left == 0 || right == 0) cost *= options_.empty_bonus;
         if (cost < best.cost) best = {cost, static_cast<std::uint32_t>(axis), at};
       }
-      while (i < events.size() && position_of(events[i]) == at) ++left, ++i;
+      left += start ? 1.0 : 0.0;
     }
     return best;
   }
@@ -314,79 +395,111 @@ class Builder {
   static SplitChoice unless_useless(const Work& work, const Box& box, int axis, std::int32_t position) {
     if (position <= box[2 * axis] || position >= box[2 * axis + 1]) return {};
     std::size_t references = 0;
-    for (Event event : work.events[axis])
+    for (const Event event : work.sorted(axis))
       references += is_start(event) ? position_of(event) < position : position_of(event) > position;
-    if (2 * references > 3 * work.triangles.size()) return {};
+    if (2 * references > 3 * work.count) return {};
     return {0.0, static_cast<std::uint32_t>(axis), position};
   }
 
   /// The middle of the longest side.
   static SplitChoice choose_spatial(const Work& work, const Box& box) {
-    if (work.triangles.size() <= kMedianLeaf) return {};
+    if (work.count <= kMedianLeaf) return {};
     const int axis = widest_axis(box);
     return unless_useless(work, box, axis, box[2 * axis] + (box[2 * axis + 1] - box[2 * axis]) / 2);
   }
 
   /// The median of the ends of the triangles' bounds along the longest side.
   static SplitChoice choose_object(const Work& work, const Box& box) {
-    const std::size_t n = work.triangles.size();
-    if (n <= kMedianLeaf) return {};
+    if (work.count <= kMedianLeaf) return {};
     const int axis = widest_axis(box);
-    return unless_useless(work, box, axis, position_of(work.events[axis][n]));
+    return unless_useless(work, box, axis, position_of(work.events[axis][work.count]));
   }
 
-  /// Splits triangles and events between the children. Both lists stay in ascending order of triangle, so events stay
-  /// sorted when their references are renumbered; only those of straddling triangles are new and are merged in.
-  void distribute(const Work& work, const SplitChoice& choice, const Box boxes[2], Work children[2]) const {
-    const std::size_t n = work.triangles.size();
-    std::vector<std::uint8_t> sides(n, kBoth);
-    for (Event event : work.events[choice.axis]) {
-      if (is_start(event) ? position_of(event) >= choice.position : false) sides[reference_of(event)] = kRight;
-      if (!is_start(event) && position_of(event) <= choice.position) sides[reference_of(event)] = kLeft;
+  // -------------------------------------------------------------------------------------------- splitting
+
+  /// What becomes of a triangle: where it goes, and its number there. A straddling one goes nowhere, its parts are new.
+  static constexpr std::uint32_t kStraddles = 0, kLeft = 1u << 30, kRight = 1u << 31, kNumber = kLeft - 1;
+
+  /// Splits triangles and events between the children. Triangles stay in ascending order, so events stay sorted when
+  /// their references are renumbered; only those of straddling triangles are new, and are merged in.
+  void distribute(const Work& work, const SplitChoice& choice, const std::array<Box, 2>& boxes, Work children[2],
+                  const std::array<Arena*, 2>& arenas, Arena& temporary) const {
+    const Arena::Mark mark = temporary.mark();
+    std::uint32_t* fate = temporary.allocate<std::uint32_t>(work.count);
+    // Events that sort before `middle` are left of the split, or end at it. An end among them belongs to a triangle on
+    // the left, a start among the others to one on the right. The last write to a triangle decides, and of a straddling
+    // one only the far halves are seen.
+    const std::span<const Event> events = work.sorted(static_cast<int>(choice.axis));
+    const auto middle = std::lower_bound(events.begin(), events.end(), make_event(choice.position, true, 0));
+    for (auto e = events.begin(); e != middle; ++e) fate[reference_of(*e)] = is_start(*e) ? kStraddles : kLeft;
+    for (auto e = events.end(); e != middle;) {
+      --e;
+      fate[reference_of(*e)] = is_start(*e) ? kRight : kStraddles;
     }
-    std::vector<std::uint32_t> renumber(n);
-    std::vector<Event> fresh[2][3];
-    for (std::size_t i = 0; i < n; ++i) {
+    std::size_t straddling = 0, most[2] = {0, 0};
+    for (std::size_t i = 0; i < work.count; ++i) {
+      straddling += fate[i] == kStraddles;
+      most[0] += fate[i] != kRight;
+      most[1] += fate[i] != kLeft;
+    }
+
+    Event* fresh[2][3];
+    std::size_t fresh_count[2] = {0, 0};
+    for (int side = 0; side < 2; ++side) {
+      children[side].triangles = arenas[side]->allocate<std::uint32_t>(most[side]);
+      for (Event*& f : fresh[side]) f = temporary.allocate<Event>(2 * straddling);
+    }
+    for (std::size_t i = 0; i < work.count; ++i) {
       const std::uint32_t triangle = work.triangles[i];
-      if (sides[i] != kBoth) {
-        Work& child = children[sides[i] == kRight];
-        renumber[i] = static_cast<std::uint32_t>(child.triangles.size());
-        child.triangles.push_back(triangle);
+      if (fate[i] != kStraddles) {
+        Work& child = children[fate[i] == kRight];
+        fate[i] |= static_cast<std::uint32_t>(child.count);
+        child.triangles[child.count++] = triangle;
         continue;
       }
       for (int side = 0; side < 2; ++side) {
         Extent extent;
         if (!clip_extent(scene_.triangles[triangle], boxes[side], extent)) continue;
-        const auto reference = static_cast<std::uint32_t>(children[side].triangles.size());
-        children[side].triangles.push_back(triangle);
+        Work& child = children[side];
+        const auto reference = static_cast<std::uint32_t>(child.count);
+        child.triangles[child.count++] = triangle;
         for (int axis = 0; axis < 3; ++axis) {
-          fresh[side][axis].push_back(make_event(extent.lo[axis], true, reference));
-          fresh[side][axis].push_back(make_event(extent.hi[axis], false, reference));
+          fresh[side][axis][fresh_count[side]] = make_event(extent.lo[axis], true, reference);
+          fresh[side][axis][fresh_count[side] + 1] = make_event(extent.hi[axis], false, reference);
         }
+        fresh_count[side] += 2;
       }
     }
-    const auto split_axis = [&](int axis) {
-      for (int side = 0; side < 2; ++side) {
-        auto& to = children[side].events[axis];
-        auto& extra = fresh[side][axis];
-        std::sort(extra.begin(), extra.end());
-        to.reserve(2 * children[side].triangles.size());
-        auto next = extra.begin();
-        const std::uint8_t wanted = side == 0 ? kLeft : kRight;
-        for (Event event : work.events[axis]) {
-          const std::uint32_t reference = reference_of(event);
-          if (sides[reference] != wanted) continue;
-          const Event moved = with_reference(event, renumber[reference]);
-          while (next != extra.end() && *next < moved) to.push_back(*next++);
-          to.push_back(moved);
-        }
-        to.insert(to.end(), next, extra.end());
+    for (int side = 0; side < 2; ++side) children[side].allocate_events(*arenas[side]);
+
+    for_axes(work.count, [&](int axis) {
+      Event* const left = children[0].events[axis];
+      Event* const right = children[1].events[axis];
+      std::size_t left_count = 0, right_count = 0;
+      for (const Event event : work.sorted(axis)) {
+        const std::uint32_t to = fate[reference_of(event)];
+        const Event moved = with_reference(event, to & kNumber);
+        left[left_count] = moved;
+        left_count += (to & kLeft) != 0;
+        right[right_count] = moved;
+        right_count += (to & kRight) != 0;
       }
-    };
-    if (n >= kParallel)
-      tbb::parallel_for(0, 3, split_axis);
-    else
-      for (int axis = 0; axis < 3; ++axis) split_axis(axis);
+      merge(left, left_count, fresh[0][axis], fresh_count[0]);
+      merge(right, right_count, fresh[1][axis], fresh_count[1]);
+    });
+    temporary.release(mark);
+  }
+
+  /// Merges `fresh` into the sorted `events`, which have room for them, from the back.
+  static void merge(Event* events, std::size_t count, Event* fresh, std::size_t fresh_count) {
+    std::sort(fresh, fresh + fresh_count);
+    std::size_t to = count + fresh_count;
+    while (fresh_count > 0) {
+      if (count > 0 && events[count - 1] > fresh[fresh_count - 1])
+        events[--to] = events[--count];
+      else
+        events[--to] = fresh[--fresh_count];
+    }
   }
 
   void report(double share) {
@@ -399,7 +512,7 @@ class Builder {
   const BuildOptions& options_;
   int max_depth_;
   std::atomic<double> done_{0.0};
-  tbb::enumerable_thread_specific<Arena> arenas_;
+  tbb::enumerable_thread_specific<Local> local_;
 };
 
 /// Numbers nodes, leaves and triangles depth first and writes the records.
