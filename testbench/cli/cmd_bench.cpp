@@ -1,0 +1,264 @@
+// retrace bench: build time, rays a second of the engines, work of a ray for each way up the tree.
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "golden/image/renderer.hpp"
+#include "scenes/generators.hpp"
+#include "testbench/cli/commands.hpp"
+#include "testbench/cli/engines.hpp"
+#include "testbench/cli/progress.hpp"
+#include "testbench/csim/csim_engine.hpp"
+#ifdef RETRACE_EMBREE
+#include <embree3/rtcore.h>
+#endif
+
+namespace retrace::cli {
+namespace {
+
+struct BenchArguments {
+  std::vector<std::string> scenes, engines;
+  std::string size = "640x480";
+  bool json = false;
+  int repeat = 3;
+};
+
+constexpr const char* kEngineModel = "/usr/share/assimp/models/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb";
+
+/// Best time of `repeat` runs; runs that take long are not repeated.
+template <class Run>
+double best_time(int repeat, const Run& run) {
+  double best = 0, total = 0;
+  for (int i = 0; i < repeat; ++i) {
+    const double start = now();
+    run();
+    const double seconds = now() - start;
+    best = i == 0 ? seconds : std::min(best, seconds);
+    constexpr double kPatience = 20;
+    if ((total += seconds) > kPatience) break;
+  }
+  return best;
+}
+
+#ifdef RETRACE_EMBREE
+/// Rays a second of Embree on all cores, single rays, the same snapped triangles and quantised rays. Position codes fit a float exactly.
+std::optional<double> embree_rays_s(const GridScene& scene, std::span<const GridRay> rays, int repeat) {
+  RTCDevice device = rtcNewDevice(nullptr);
+  if (device == nullptr) return std::nullopt;
+  RTCScene embree = rtcNewScene(device);
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  const std::size_t n = scene.triangles.size();
+  auto* vertices =
+      static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), 3 * n));
+  auto* indices =
+      static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), n));
+  double rays_s = 0;
+  if (n > 0 && vertices != nullptr && indices != nullptr) {
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t corner = 0; corner < 3; ++corner) {
+        for (int axis = 0; axis < 3; ++axis) {
+          *vertices++ = static_cast<float>(scene.triangles[i].vertices[corner][axis]) * 0x1p-24f;
+        }
+        *indices++ = static_cast<unsigned>(3 * i + corner);
+      }
+    }
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(embree, geometry);
+    rtcCommitScene(embree);
+    const double seconds = best_time(repeat, [&] {
+      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rays.size(), 1024), [&](const auto& range) {
+        RTCIntersectContext context;
+        rtcInitIntersectContext(&context);
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+          if (rays[i].outside) continue;
+          const contract::RayRecord& r = rays[i].record;
+          RTCRayHit query{};
+          query.ray.org_x = static_cast<float>(r.origin[0]) * 0x1p-24f;
+          query.ray.org_y = static_cast<float>(r.origin[1]) * 0x1p-24f;
+          query.ray.org_z = static_cast<float>(r.origin[2]) * 0x1p-24f;
+          query.ray.dir_x = static_cast<float>(r.direction[0]) * 0x1p-26f;
+          query.ray.dir_y = static_cast<float>(r.direction[1]) * 0x1p-26f;
+          query.ray.dir_z = static_cast<float>(r.direction[2]) * 0x1p-26f;
+          query.ray.tfar = static_cast<float>(r.t_max) * 0x1p-24f;
+          query.ray.mask = ~0u;
+          query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+          rtcIntersect1(embree, &context, &query);
+        }
+      });
+    });
+    rays_s = static_cast<double>(rays.size()) / seconds;
+  }
+  rtcReleaseGeometry(geometry);
+  rtcReleaseScene(embree);
+  rtcReleaseDevice(device);
+  return n > 0 ? std::optional<double>(rays_s) : std::nullopt;
+}
+#else
+std::optional<double> embree_rays_s(const GridScene&, std::span<const GridRay>, int) { return std::nullopt; }
+#endif
+
+struct Candidate {
+  std::string name, path;
+  std::string generator;  ///< instead of a path
+};
+
+LoadedScene generate(const std::string& generator, const Common& common) {
+  LoadedScene loaded;
+  loaded.name = generator;
+  loaded.scene = make_scene(generator);
+  loaded.scene.name = generator;
+  loaded.world = flatten(loaded.scene);
+  loaded.grid = snap(loaded.world);
+  build_image(loaded, common);
+  return loaded;
+}
+
+class Bench {
+ public:
+  Bench(const BenchArguments& arguments, const Common& common) : a_(arguments), common_(common) {}
+
+  nlohmann::ordered_json measure(const Candidate& candidate) {
+    say(candidate.name + ": load and build");
+    const LoadedScene loaded = candidate.generator.empty() ? load_scene(candidate.path, common_, false) : generate(candidate.generator, common_);
+    const ViewCamera camera = default_view(loaded.scene, loaded.world);
+    const Size size = parse_size(a_.size);
+    std::vector<WorldRay> world;
+    // Tiles, as the renderer has them: neighbours in the list are neighbours in the picture.
+    constexpr int kTile = 16;
+    for (int ty = 0; ty < size.height; ty += kTile) {
+      for (int tx = 0; tx < size.width; tx += kTile) {
+        for (int y = ty; y < std::min(ty + kTile, size.height); ++y) {
+          for (int x = tx; x < std::min(tx + kTile, size.width); ++x) world.push_back(camera.ray(x + 0.5, y + 0.5, size.width, size.height));
+        }
+      }
+    }
+    std::vector<GridRay> rays(world.size());
+    quantise_all(world, rays, loaded.grid.transform, loaded.grid.box, false);
+    std::vector<Hit> hits(rays.size());
+    std::vector<RayWork> work(rays.size());
+
+    nlohmann::ordered_json json = {{"name", loaded.name},
+                                   {"triangles", loaded.world.vertices.size()},
+                                   {"build_s", loaded.build_s},
+                                   {"image_bytes", loaded.image.bytes()},
+                                   {"rays", rays.size()}};
+    for (const std::string& name : a_.engines) {
+      say(candidate.name + ": " + name);
+      const std::unique_ptr<Engine> engine = make_engine(name, loaded.grid, loaded.image);
+      TraceOptions options;
+      options.threads = common_.threads;
+      const double seconds = best_time(a_.repeat, [&] { engine->trace(rays, hits, {}, options); });
+      json[find_engine(name).name + "_rays_s"] = static_cast<double>(rays.size()) / seconds;
+    }
+    say(candidate.name + ": embree");
+    const std::optional<double> embree = embree_rays_s(loaded.grid, rays, a_.repeat);
+    json["embree_rays_s"] = embree ? nlohmann::ordered_json(*embree) : nlohmann::ordered_json(nullptr);
+
+    say(candidate.name + ": work per ray");
+    const std::unique_ptr<Engine> golden = make_engine("golden", loaded.grid, loaded.image);
+    for (const WayUp way_up : {WayUp::kStack, WayUp::kParentLinks, WayUp::kFaceLinks}) {
+      TraceOptions options;
+      options.threads = common_.threads;
+      options.way_up = way_up;
+      WorkTotals plain, boxed;
+      golden->trace(rays, hits, work, options);
+      for (const RayWork& w : work) plain.add(w);
+      options.mailbox = kCsimMailbox;
+      golden->trace(rays, hits, work, options);
+      for (const RayWork& w : work) boxed.add(w);
+      const double n = static_cast<double>(rays.size());
+      json["per_ray"][to_string(way_up)] = {{"down", static_cast<double>(plain.down) / n},
+                                            {"up", static_cast<double>(plain.up) / n},
+                                            {"leaf", static_cast<double>(plain.leaf) / n},
+                                            {"tests", static_cast<double>(plain.tests) / n},
+                                            {"tests_mailbox", static_cast<double>(boxed.tests) / n}};
+    }
+    return json;
+  }
+
+ private:
+  void say(const std::string& text) const { note(common_, "bench " + text); }
+  const BenchArguments& a_;
+  const Common& common_;
+};
+
+void print_table(const nlohmann::ordered_json& scenes, const std::vector<std::string>& engines) {
+  std::printf("%-18s %11s %9s %13s", "scene", "triangles", "build s", "image bytes");
+  for (const std::string& engine : engines) std::printf(" %14s", (find_engine(engine).name + " rays/s").c_str());
+  std::printf(" %14s\n", "embree rays/s");
+  for (const auto& s : scenes) {
+    std::printf("%-18s %11s %9.3f %13s", s["name"].get<std::string>().substr(0, 18).c_str(),
+                with_commas(s["triangles"].get<std::uint64_t>()).c_str(), s["build_s"].get<double>(),
+                with_commas(s["image_bytes"].get<std::uint64_t>()).c_str());
+    for (const std::string& engine : engines) {
+      std::printf(" %14s", with_unit(s[find_engine(engine).name + "_rays_s"].get<double>()).c_str());
+    }
+    std::printf(" %14s\n", s["embree_rays_s"].is_null() ? "-" : with_unit(s["embree_rays_s"].get<double>()).c_str());
+  }
+  std::printf("\n%-18s %-8s %9s %9s %9s %9s %14s\n", "per ray", "way up", "down", "up", "leaf", "tests", "with mailbox");
+  for (const auto& s : scenes) {
+    for (const char* way : kWayUpNames) {
+      const auto& p = s["per_ray"][way];
+      std::printf("%-18s %-8s %9.3f %9.3f %9.3f %9.3f %14.3f\n", s["name"].get<std::string>().substr(0, 18).c_str(), way,
+                  p["down"].get<double>(), p["up"].get<double>(), p["leaf"].get<double>(), p["tests"].get<double>(),
+                  p["tests_mailbox"].get<double>());
+    }
+  }
+}
+
+void run_bench(BenchArguments& a, const Common& common) {
+  parse_size(a.size);
+  if (a.engines.empty()) a.engines = {"golden", "csim"};
+  for (const std::string& engine : a.engines) find_engine(engine);
+  std::vector<Candidate> candidates;
+  for (const std::string& path : a.scenes) candidates.push_back({std::filesystem::path(path).stem().string(), path, ""});
+  if (candidates.empty()) {
+    for (const char* generator : {"room", "knot", "sphere"}) candidates.push_back({generator, "", generator});
+    std::error_code ignored;
+    if (std::filesystem::exists(kEngineModel, ignored)) candidates.push_back({"2CylinderEngine", kEngineModel, ""});
+  }
+  Bench bench(a, common);
+  nlohmann::ordered_json scenes = nlohmann::ordered_json::array();
+  for (const Candidate& candidate : candidates) scenes.push_back(bench.measure(candidate));
+  if (a.json) {
+    std::printf("%s\n", nlohmann::ordered_json{{"scenes", scenes}}.dump(2).c_str());
+  } else {
+    print_table(scenes, a.engines);
+  }
+}
+
+}  // namespace
+
+void add_bench(CLI::App& app, Program& program) {
+  CLI::App* command = app.add_subcommand("bench", "Measure build time, rays a second, and the work of a ray");
+  auto a = std::make_shared<BenchArguments>();
+  command->add_option("scenes", a->scenes, "glTF files; default: generated room, knot and sphere, and 2CylinderEngine if installed")
+      ->type_name("SCENE...");
+  command->add_option("-e,--engine", a->engines, "Engines to time; default: golden, csim")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("ENGINE,...");
+  command->add_flag("--json", a->json, "JSON on standard output");
+  command->add_option("-s,--size", a->size, "Primary rays: size of the picture")->capture_default_str()->type_name("WxH");
+  command->add_option("--repeat", a->repeat, "Runs of which the best counts")->capture_default_str()->check(CLI::Range(1, 1000));
+  add_engine_options(*command);
+  add_common(*command, program);
+  command->footer(
+      "Rays are the primary rays of the scene's first camera, on all cores. Embree, where it was found when the program was built, traces\n"
+      "the same snapped triangles and the same quantised rays, one by one, in single precision. Work per ray is golden's; tests_mailbox is\n"
+      "the number of triangle tests with a mailbox of 8 entries.\n"
+      "Engines:\n" +
+      engine_help() +
+      "Examples:\n"
+      "  retrace bench\n"
+      "  retrace bench --json room.glb > bench.json\n"
+      "  retrace bench --engine golden room.glb knot.glb\n");
+  command->callback([a, &program] { run_bench(*a, program.common); });
+}
+
+}  // namespace retrace::cli

@@ -1,0 +1,205 @@
+// retrace render: a scene through one engine to pictures.
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+
+#include "golden/image/renderer.hpp"
+#include "testbench/cli/commands.hpp"
+#include "testbench/cli/engines.hpp"
+#include "testbench/cli/progress.hpp"
+
+namespace retrace::cli {
+namespace {
+
+struct RenderArguments {
+  std::string scene, output, engine = "golden", size = "640x480", camera, way_up = "face", exposure = "auto", lights = "auto",
+                             stats, color_map = "inferno";
+  std::vector<std::string> aovs;
+  RenderOptions options;
+};
+
+nlohmann::ordered_json work_json(const WorkTotals& work) {
+  return {{"rays", work.rays}, {"down", work.down},   {"up", work.up},
+          {"leaf", work.leaf}, {"tests", work.tests}, {"skipped", work.skipped}};
+}
+
+std::filesystem::path with_suffix(const std::filesystem::path& path, const std::string& suffix) {
+  std::filesystem::path result = path;
+  result.replace_extension();
+  result += suffix;
+  return result;
+}
+
+double parse_exposure(const std::string& text, double automatic) {
+  if (text == "auto") return automatic;
+  double stops = 0;
+  const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), stops);
+  if (status != std::errc() || end != text.data() + text.size() || !(std::fabs(stops) <= 64)) {
+    throw Error("--exposure takes 'auto' or a number of stops from -64 to 64, not '" + text + "'");
+  }
+  return std::exp2(stops);
+}
+
+void print_work(const char* kind, const WorkTotals& work) {
+  if (work.rays == 0) return;
+  const double n = static_cast<double>(work.rays);
+  std::printf("  %-9s %12s rays   per ray: down %.2f, up %.2f, leaf %.2f, tests %.2f", kind, with_commas(work.rays).c_str(),
+              static_cast<double>(work.down) / n, static_cast<double>(work.up) / n, static_cast<double>(work.leaf) / n,
+              static_cast<double>(work.tests) / n);
+  if (work.skipped > 0) std::printf(", skipped %.2f", static_cast<double>(work.skipped) / n);
+  std::printf("\n");
+}
+
+void run_render(RenderArguments& a, const Common& common) {
+  // Everything that the arguments alone can get wrong is found before the scene is built.
+  const std::filesystem::path output = a.output;
+  const bool linear = is_linear_format(output);
+  const Size size = parse_size(a.size);
+  RenderOptions& options = a.options;
+  options.width = size.width;
+  options.height = size.height;
+  options.trace.way_up = parse_way_up(a.way_up);
+  options.trace.threads = common.threads;
+  options.lights = a.lights == "scene" ? LightChoice::kScene : a.lights == "rig" ? LightChoice::kRig : LightChoice::kAuto;
+  const ColorMap map = a.color_map == "viridis" ? ColorMap::kViridis : ColorMap::kInferno;
+  parse_exposure(a.exposure, 1.0);
+  check_options(a.engine, options.trace);
+  for (const std::string& name : a.aovs) {
+    bool known = false;
+    std::string names;
+    for (const Aov& aov : known_aovs()) {
+      known = known || name == aov.name;
+      names += (names.empty() ? "" : ", ") + std::string(aov.name);
+    }
+    if (!known) throw Error("there is no AOV '" + name + "'; there are: " + names);
+  }
+  std::vector<std::unique_ptr<OutputFile>> files;
+  const auto open = [&](const std::filesystem::path& path) -> OutputFile& {
+    files.push_back(std::make_unique<OutputFile>(path));
+    return *files.back();
+  };
+  open(output);
+
+  const LoadedScene loaded = load_scene(a.scene, common);
+  const ViewCamera camera = default_view(loaded.scene, loaded.world, a.camera);
+  const Surfaces surfaces(loaded.scene, loaded.world, loaded.grid);
+  const std::unique_ptr<Engine> engine = make_engine(a.engine, loaded.grid, loaded.image);
+  Progress progress("render " + loaded.name + " (" + engine->name() + ")", common.quiet);
+  options.progress = [&](double fraction) { progress.update(fraction); };
+  const RenderResult result = render(surfaces, camera, loaded.grid.box, *engine, options);
+  progress.finish();
+
+  const double write_start = now();
+  const double exposure = parse_exposure(a.exposure, result.exposure);
+  if (linear) {
+    write_raster(*files.front(), result.color);
+  } else {
+    write_raster(*files.front(), develop(result, exposure));
+  }
+  for (const std::string& name : a.aovs) {
+    const Raster data = aov_data(result, name);
+    std::vector<std::string> channels;
+    if (name == "depth") channels = {"Z"};
+    if (name == "normal") channels = {"N.X", "N.Y", "N.Z"};
+    write_raster(open(with_suffix(output, "." + name + ".exr")), data, channels);
+    write_raster(open(with_suffix(output, "." + name + ".png")), aov_picture(result, name, map));
+  }
+  const std::uint64_t rays = result.camera.rays + result.shadow.rays + result.occlusion.rays;
+  const double rays_s = result.trace_s > 0 ? static_cast<double>(rays) / result.trace_s : 0.0;
+  if (!a.stats.empty()) {
+    nlohmann::ordered_json names = nlohmann::ordered_json::array();
+    for (const auto& file : files) names.push_back(file->path().string());
+    const nlohmann::ordered_json stats = {
+        {"command", "render"},
+        {"scene", scene_json(loaded)},
+        {"engine", engine->name()},
+        {"way_up", a.way_up},
+        {"mailbox", options.trace.mailbox},
+        {"camera", camera.name},
+        {"width", options.width},
+        {"height", options.height},
+        {"spp", options.spp},
+        {"lights", result.lights},
+        {"exposure", exposure},
+        {"rays",
+         {{"camera", work_json(result.camera)}, {"shadow", work_json(result.shadow)}, {"occlusion", work_json(result.occlusion)}}},
+        {"seconds",
+         {{"quantise", result.quantise_s},
+          {"trace", result.trace_s},
+          {"shade", result.shade_s},
+          {"write", now() - write_start},
+          {"total", result.total_s}}},
+        {"rays_s", rays_s},
+        {"files", names}};
+    open(a.stats).write(stats.dump(2) + "\n");
+  }
+  for (const auto& file : files) file->commit();
+
+  std::printf("%s, %s triangles, %dx%d, %d samples a pixel, engine %s, camera %s, light: %s\n", loaded.name.c_str(),
+              with_commas(loaded.world.vertices.size()).c_str(), options.width, options.height, options.spp,
+              engine->name().c_str(), camera.name.c_str(), result.lights.c_str());
+  print_work("camera", result.camera);
+  print_work("shadow", result.shadow);
+  print_work("occlusion", result.occlusion);
+  std::printf("  built in %.2f s, traced in %.2f s (%s rays/s), shaded in %.2f s\n", loaded.build_s, result.trace_s,
+              with_unit(rays_s).c_str(), result.shade_s + result.quantise_s);
+  for (const auto& file : files) std::printf("  wrote %s\n", file->path().c_str());
+}
+
+}  // namespace
+
+void add_render(CLI::App& app, Program& program) {
+  CLI::App* command = app.add_subcommand("render", "Render a glTF scene through an engine to a picture, with AOVs on request");
+  auto a = std::make_shared<RenderArguments>();
+  command->add_option("scene", a->scene, "glTF file (.gltf or .glb)")->required()->type_name("SCENE");
+  command->add_option("-o,--output", a->output, "Picture: .png (tone mapped), .exr (linear radiance and coverage), ...")
+      ->required()
+      ->type_name("FILE");
+  command->add_option("-e,--engine", a->engine, "Engine, see below")->capture_default_str()->type_name("ENGINE");
+  command->add_option("-s,--size", a->size, "Size in pixels")->capture_default_str()->type_name("WxH");
+  command->add_option("-c,--camera", a->camera, "Camera by name or number; default: the first, or a view of the whole scene")
+      ->type_name("CAMERA");
+  command->add_option("--spp", a->options.spp, "Samples a pixel")->capture_default_str()->check(CLI::Range(1, 65536))->type_name("N");
+  command->add_flag("--shadows,!--no-shadows", a->options.shadows, "Shadow rays (on unless --no-shadows)");
+  command->add_option("--ao", a->options.ao, "Ambient occlusion rays a sample; 0: none")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 4096))
+      ->type_name("N");
+  command->add_option("--ao-distance", a->options.ao_distance, "Reach of ambient occlusion in scene units; default: a sixth of the scene")
+      ->check(CLI::PositiveNumber)
+      ->type_name("LENGTH");
+  command->add_option("--light-samples", a->options.light_samples, "Shadow rays to emissive surfaces a sample")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+  command->add_option("--lights", a->lights, "The scene's lights, a rig that follows the camera, or the rig only where there are none")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"auto", "scene", "rig"}));
+  command->add_option("--exposure", a->exposure, "Stops, or auto")->capture_default_str()->type_name("EV");
+  command->add_option("--aov", a->aovs, "Further images, comma-separated, see below")->delimiter(',')->type_name("NAME,...");
+  command->add_option("--color-map", a->color_map, "Of the heat maps")->capture_default_str()->check(CLI::IsMember({"inferno", "viridis"}));
+  command->add_option("--way-up", a->way_up, "How a walk goes up the tree: stack (golden only), parent or face links")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"stack", "parent", "face"}));
+  command->add_flag("--mailbox{8}", a->options.trace.mailbox, "Remember the last triangles tested (8 unless =N)");
+  command->add_option("--seed", a->options.seed, "Of the sample points")->capture_default_str();
+  command->add_option("--stats", a->stats, "Counters and times as JSON")->type_name("FILE");
+  add_engine_options(*command);
+  add_common(*command, program);
+  std::string footer = "Engines:\n" + engine_help() + "AOVs (each written as FILE.NAME.exr with the data and FILE.NAME.png to look at):\n";
+  for (const Aov& aov : known_aovs()) {
+    footer += "  " + std::string(aov.name) + std::string(10 - std::string(aov.name).size(), ' ') + aov.help + "\n";
+  }
+  footer +=
+      "Examples:\n"
+      "  retrace make-scene room -o room.glb\n"
+      "  retrace render room.glb -o room.png --size 1280x720 --spp 16 --ao 4\n"
+      "  retrace render room.glb -o room.png --engine csim --aov depth,steps,tests\n"
+      "  retrace render room.glb -o room.exr --camera 0 --stats room.json\n";
+  command->footer(footer);
+  command->callback([a, &program] { run_render(*a, program.common); });
+}
+
+}  // namespace retrace::cli

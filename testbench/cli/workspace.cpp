@@ -1,0 +1,153 @@
+// Loading scenes, signals, small text, see workspace.hpp.
+#include "testbench/cli/workspace.hpp"
+
+#include <signal.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+
+#include "golden/image/output_file.hpp"
+#include "golden/scene/gltf_loader.hpp"
+#include "golden/scene/kd_builder.hpp"
+#include "testbench/cli/progress.hpp"
+
+namespace retrace::cli {
+namespace {
+
+std::atomic<int> shields{0};
+std::atomic<int> pending_signal{0};
+static_assert(std::atomic<int>::is_always_lock_free);
+
+[[noreturn]] void leave(int signal) {
+  remove_pending_outputs();
+  ::_exit(128 + signal);
+}
+
+extern "C" void on_signal(int signal) {
+  if (shields.load() > 0) {
+    pending_signal.store(signal);
+    return;
+  }
+  leave(signal);
+}
+
+}  // namespace
+
+SignalShield::SignalShield() { shields.fetch_add(1); }
+SignalShield::~SignalShield() {
+  if (shields.fetch_sub(1) == 1 && pending_signal.load() != 0) leave(pending_signal.load());
+}
+
+void install_signal_handlers() {
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  ::sigemptyset(&action.sa_mask);
+  // SIGPIPE too: a reader of standard output that goes away must not leave temporary files behind.
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
+    struct sigaction before {};
+    ::sigaction(signal, nullptr, &before);
+    if (before.sa_handler != SIG_IGN) ::sigaction(signal, &action, nullptr);  // nohup and shells' background jobs ignore some
+  }
+}
+
+bool is_memory_image(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) throw Error("cannot read " + path.string() + ": it is a folder");
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error("cannot read " + path.string() + ": " + std::strerror(errno));
+  std::array<unsigned char, 4> bytes{};
+  file.read(reinterpret_cast<char*>(bytes.data()), bytes.size());
+  const std::uint32_t word = bytes[0] | bytes[1] << 8 | bytes[2] << 16 | static_cast<std::uint32_t>(bytes[3]) << 24;
+  return file.gcount() == 4 && word == static_cast<std::uint32_t>(contract::kImageMagic);
+}
+
+LoadedScene load_scene(const std::filesystem::path& path, const Common& common, bool textures) {
+  if (is_memory_image(path)) {
+    throw Error(path.string() + " is a packed image: it holds no vertices, materials or cameras; name the glTF file it was made from");
+  }
+  LoadedScene loaded;
+  loaded.name = path.stem().string();
+  const double start = now();
+  std::vector<std::string> warnings;
+  GltfOptions options;
+  options.textures = textures;
+  loaded.scene = load_gltf(path, options, &warnings);
+  for (const std::string& warning : warnings) note(common, warning);
+  loaded.world = flatten(loaded.scene);
+  loaded.grid = snap(loaded.world);
+  loaded.load_s = now() - start;
+  if (loaded.grid.degenerate > 0) {
+    note(common, loaded.name + ": " + with_commas(loaded.grid.degenerate) + " of " + with_commas(loaded.world.vertices.size()) +
+                     " triangles have no area on the grid and are left out");
+  }
+  build_image(loaded, common);
+  return loaded;
+}
+
+void build_image(LoadedScene& loaded, const Common& common) {
+  Progress progress("build " + loaded.name, common.quiet);
+  BuildOptions options;
+  options.progress = [&](double fraction) { progress.update(fraction); };
+  const double start = now();
+  loaded.image = build_kd(loaded.grid, options);
+  loaded.build_s = now() - start;
+}
+
+nlohmann::ordered_json scene_json(const LoadedScene& scene) {
+  return {{"file", scene.scene.name},
+          {"triangles", scene.world.vertices.size()},
+          {"degenerate", scene.grid.degenerate},
+          {"image_bytes", scene.image.bytes()},
+          {"load_s", scene.load_s},
+          {"build_s", scene.build_s}};
+}
+
+Size parse_size(const std::string& text) {
+  Size size;
+  const char *begin = text.data(), *end = begin + text.size();
+  const auto [middle, first] = std::from_chars(begin, end, size.width);
+  bool ok = first == std::errc() && middle != end && (*middle == 'x' || *middle == 'X');
+  if (ok) {
+    const auto [last, second] = std::from_chars(middle + 1, end, size.height);
+    ok = second == std::errc() && last == end;
+  }
+  constexpr int kLargest = 16384;
+  if (!ok || size.width < 1 || size.height < 1 || size.width > kLargest || size.height > kLargest) {
+    throw Error("--size takes WIDTHxHEIGHT with both from 1 to 16384, not '" + text + "'");
+  }
+  return size;
+}
+
+double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+std::string with_commas(std::uint64_t value) {
+  std::string text = std::to_string(value);
+  for (auto i = static_cast<std::ptrdiff_t>(text.size()) - 3; i > 0; i -= 3) text.insert(static_cast<std::size_t>(i), ",");
+  return text;
+}
+
+std::string with_unit(double value) {
+  static constexpr std::array<const char*, 4> kUnits = {"", " k", " M", " G"};
+  std::size_t unit = 0;
+  while (unit + 1 < kUnits.size() && value >= 999.5) {
+    value /= 1000;
+    ++unit;
+  }
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g%s", value, kUnits[unit]);
+  return text;
+}
+
+void note(const Common& common, const std::string& text) {
+  if (!common.quiet) std::fprintf(stderr, "retrace: %s\n", text.c_str());
+}
+
+}  // namespace retrace::cli
