@@ -100,6 +100,7 @@ class GoldenEngine final : public Engine {
       triangles_.push_back(golden::make_unit_triangle(*found, order));
     }
     max_depth_ = header.max_depth;
+    for (int face = 0; face < 6; ++face) box_[face] = static_cast<std::int32_t>(header.box[face]) * kPositionUnit;
   }
 
   std::string name() const override { return "golden"; }
@@ -195,7 +196,7 @@ class GoldenEngine final : public Engine {
     }
     std::size_t height = 0;
     std::uint32_t node = 0;
-    double t = 0.0, t_end = 1e300;
+    double t = 0.0, t_end = leaf_exit(ray, box_).t_exit;
     while (true) {
       const FastNode& at = nodes_[node];
       if (!at.is_leaf()) {
@@ -262,6 +263,7 @@ class GoldenEngine final : public Engine {
   std::vector<LeafGeometry> leaves_;
   std::vector<std::uint32_t> references_;
   std::vector<UnitTriangle> triangles_;
+  std::array<double, 6> box_{};
   std::size_t max_depth_ = 0;
 };
 

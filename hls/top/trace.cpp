@@ -496,7 +496,7 @@ BARREL:
     RT_PIPELINE(1)
     RT_INDEPENDENT(contexts, 32)
     if (fault != kFaultNone || finished == ray_count) break;
-    context c = contexts[turn.to_uint()];
+    context& c = contexts[turn.to_uint()];
     if (c.phase == kPhaseIdle) {
       if (next_ray != ray_count) {
         start_ray(c, rays, view, next_ray);
@@ -521,7 +521,6 @@ BARREL:
       finish_ray(c, hits, work, write_work);
       finished += 1;
     }
-    contexts[turn.to_uint()] = c;
     turn += 1;
     if (turn == RETRACE_CONTEXTS) turn = 0;
   }
