@@ -1,0 +1,311 @@
+// Every library module in the parameter sets that the tests drive, in one model so that one compilation serves them all.
+//
+// Streams     data_t is 32 bits. Index of a stream: see the list below; tests/rtl/rtl_lib_test.cpp names them in the same order.
+//             Ports are packed arrays: verilator 5.006 cannot sample an unpacked one for an assertion.
+// Arithmetic  Operands come in 64 bits, results sign- or zero-extended to 128 and 64 bits. The latencies come from the modules' package.
+`include "rt_assert.svh"
+module tb_lib #(
+    localparam int unsigned Streams = 13,
+    localparam int unsigned Muls = 6,
+    localparam int unsigned Divs = 6,
+    localparam int unsigned DivSeqs = 3,
+    localparam int unsigned ArbInputs = 5
+) (
+    input  logic               clk_i,
+    input  logic               rst_ni,
+    // Streams.
+    input  logic [Streams-1:0] in_valid_i,
+    output logic [Streams-1:0] in_ready_o,
+    input  logic [Streams-1:0][31:0] in_data_i,
+    output logic [Streams-1:0] out_valid_o,
+    input  logic [Streams-1:0] out_ready_i,
+    output logic [Streams-1:0][31:0] out_data_o,
+    output int                 latency_o      [Streams],
+    output int                 interval_o     [Streams],
+    // Multipliers and pipelined dividers.
+    input  logic        [63:0] a_i,
+    input  logic        [63:0] b_i,
+    output logic signed [ 63:0] mul_low_o      [Muls],
+    output logic signed [ 63:0] mul_high_o     [Muls],
+    output int                 mul_latency_o  [Muls],
+    output logic        [63:0] quot_o         [Divs],
+    output logic        [63:0] rem_o          [Divs],
+    output logic               overflow_o     [Divs],
+    output int                 div_latency_o  [Divs],
+    // Sequential dividers.
+    input  logic [DivSeqs-1:0] seq_in_valid_i,
+    output logic [DivSeqs-1:0] seq_in_ready_o,
+    input  logic [DivSeqs-1:0][63:0] seq_num_i,
+    input  logic [DivSeqs-1:0][63:0] seq_den_i,
+    input  logic [DivSeqs-1:0][31:0] seq_tag_i,
+    output logic [DivSeqs-1:0] seq_out_valid_o,
+    input  logic [DivSeqs-1:0] seq_out_ready_i,
+    output logic        [63:0] seq_quot_o     [DivSeqs],
+    output logic        [63:0] seq_rem_o      [DivSeqs],
+    output logic               seq_overflow_o [DivSeqs],
+    output logic        [31:0] seq_tag_o      [DivSeqs],
+    output int                 seq_interval_o [DivSeqs],
+    // Arbiter of five inputs (and one of a single input that must be a wire, driven by input 0).
+    input  logic        [ArbInputs-1:0] arb_valid_i,
+    output logic        [ArbInputs-1:0] arb_ready_o,
+    input  logic [ArbInputs-1:0][31:0] arb_data_i,
+    input  logic        [ArbInputs-1:0] arb_last_i,
+    output logic               arb_valid_o,
+    input  logic               arb_ready_i,
+    output logic        [31:0] arb_data_o,
+    output logic        [2:0]  arb_index_o,
+    output logic               arb_one_ready_o,
+    output logic               arb_one_valid_o,
+    output logic        [31:0] arb_one_data_o,
+    // RAM without and with forwarding, a depth that is no power of two.
+    input  logic               ram_write_i,
+    input  logic        [6:0]  ram_write_addr_i,
+    input  logic        [31:0] ram_write_data_i,
+    input  logic               ram_read_i,
+    input  logic        [6:0]  ram_read_addr_i,
+    output logic        [31:0] ram_plain_o,
+    output logic        [31:0] ram_forward_o,
+    // A stream with the checkers on it and nothing else: the test breaks the rules here.
+    input  logic               rule_valid_i,
+    input  logic               rule_ready_i,
+    input  logic        [31:0] rule_data_i,
+    input  logic               rule_true_i
+);
+  typedef logic [31:0] word_t;
+  typedef logic [15:0] half_t;
+
+  // ---------------------------------------------------------------------------------------------------------------- streams
+  rt_skid #(
+      .data_t(word_t)
+  ) u_skid (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (in_valid_i[0]),
+      .in_ready_o (in_ready_o[0]),
+      .in_data_i  (in_data_i[0]),
+      .out_valid_o(out_valid_o[0]),
+      .out_ready_i(out_ready_i[0]),
+      .out_data_o (out_data_o[0])
+  );
+  assign latency_o[0]  = 1;
+  assign interval_o[0] = 1;
+
+  localparam int unsigned Fifos = 6;
+  localparam int unsigned FifoDepth[Fifos] = '{1, 2, 3, 16, 4, 60};
+  for (genvar i = 0; i < int'(Fifos); i++) begin : gen_fifo
+    localparam int unsigned Index = 1 + i;
+    localparam bit BlockRam = i >= 4;
+    logic [$clog2(FifoDepth[i]+1)-1:0] usage;
+    rt_fifo #(
+        .Depth   (FifoDepth[i]),
+        .BlockRam(BlockRam),
+        .data_t  (word_t)
+    ) u_fifo (
+        .clk_i,
+        .rst_ni,
+        .in_valid_i (in_valid_i[Index]),
+        .in_ready_o (in_ready_o[Index]),
+        .in_data_i  (in_data_i[Index]),
+        .out_valid_o(out_valid_o[Index]),
+        .out_ready_i(out_ready_i[Index]),
+        .out_data_o (out_data_o[Index]),
+        .usage_o    (usage)
+    );
+    logic usage_agrees;
+    assign usage_agrees = in_ready_o[Index] == (32'(usage) != FifoDepth[i]);
+    `RT_ASSERT(UsageAgrees, usage_agrees)
+    assign latency_o[Index]  = BlockRam ? 3 : 1;
+    assign interval_o[Index] = FifoDepth[i] == 1 ? 2 : 1;
+  end
+
+  // Credit control around a delay line: one half of the word goes through the datapath, the other is the tag.
+  localparam int unsigned Pipes = 6;
+  localparam int unsigned PipeLatency[Pipes] = '{1, 2, 5, 30, 7, 8};
+  localparam int unsigned PipeInterval[Pipes] = '{1, 1, 1, 1, 3, 2};
+  for (genvar i = 0; i < int'(Pipes); i++) begin : gen_pipe
+    localparam int unsigned Index = 1 + Fifos + i;
+    half_t delayed, tag, data;
+    logic enter;
+    rt_delay #(
+        .Cycles(PipeLatency[i]),
+        .data_t(half_t)
+    ) u_delay (
+        .clk_i,
+        .rst_ni,
+        .data_i(in_data_i[Index][15:0]),
+        .data_o(delayed)
+    );
+    rt_pipe_ctrl #(
+        .Latency (PipeLatency[i]),
+        .Interval(PipeInterval[i]),
+        .tag_t   (half_t),
+        .data_t  (half_t)
+    ) u_ctrl (
+        .clk_i,
+        .rst_ni,
+        .in_valid_i (in_valid_i[Index]),
+        .in_ready_o (in_ready_o[Index]),
+        .in_tag_i   (in_data_i[Index][31:16]),
+        .enter_o    (enter),
+        .pipe_data_i(delayed),
+        .out_valid_o(out_valid_o[Index]),
+        .out_ready_i(out_ready_i[Index]),
+        .out_tag_o  (tag),
+        .out_data_o (data)
+    );
+    logic enter_agrees;
+    assign enter_agrees = enter == (in_valid_i[Index] && in_ready_o[Index]);
+    `RT_ASSERT(EnterAgrees, enter_agrees)
+    assign out_data_o[Index] = {tag, data};
+    assign latency_o[Index]  = rt_lib_pkg::pipe_latency(PipeLatency[i]);
+    assign interval_o[Index] = PipeInterval[i];
+  end
+
+  // ------------------------------------------------------------------------------------------------------------- arithmetic
+  localparam int unsigned MulA[Muls] = '{27, 32, 18, 27, 10, 35};
+  localparam int unsigned MulB[Muls] = '{27, 27, 18, 12, 30, 35};
+  for (genvar i = 0; i < int'(Muls); i++) begin : gen_mul
+    logic signed [MulA[i]+MulB[i]-1:0] product;
+    rt_mul #(
+        .ABits(MulA[i]),
+        .BBits(MulB[i])
+    ) u_mul (
+        .clk_i,
+        .a_i(a_i[MulA[i]-1:0]),
+        .b_i(b_i[MulB[i]-1:0]),
+        .p_o(product)
+    );
+    assign {mul_high_o[i], mul_low_o[i]} = 128'(product);
+    assign mul_latency_o[i] = rt_lib_pkg::mul_latency(MulA[i], MulB[i]);
+  end
+
+  localparam int unsigned DivNum[Divs] = '{54, 54, 53, 9, 9, 20};
+  localparam int unsigned DivDen[Divs] = '{27, 27, 28, 5, 5, 30};
+  localparam int unsigned DivQuot[Divs] = '{28, 28, 24, 6, 5, 20};
+  localparam int unsigned DivStep[Divs] = '{1, 2, 1, 1, 2, 1};
+  for (genvar i = 0; i < int'(Divs); i++) begin : gen_div
+    logic [DivQuot[i]-1:0] quot;
+    logic [DivDen[i]-1:0] remainder;
+    rt_div #(
+        .NumBits    (DivNum[i]),
+        .DenBits    (DivDen[i]),
+        .QuotBits   (DivQuot[i]),
+        .BitsPerStep(DivStep[i])
+    ) u_div (
+        .clk_i,
+        .num_i     (a_i[DivNum[i]-1:0]),
+        .den_i     (b_i[DivDen[i]-1:0]),
+        .quot_o    (quot),
+        .rem_o     (remainder),
+        .overflow_o(overflow_o[i])
+    );
+    assign quot_o[i] = 64'(quot);
+    assign rem_o[i]  = 64'(remainder);
+    assign div_latency_o[i] = rt_lib_pkg::div_latency(DivQuot[i], DivStep[i]);
+  end
+
+  // The same sets as the first pipelined dividers, and the small one.
+  localparam int unsigned SeqSet[DivSeqs] = '{0, 1, 4};
+  for (genvar i = 0; i < int'(DivSeqs); i++) begin : gen_div_seq
+    localparam int unsigned Set = SeqSet[i];
+    logic [DivQuot[Set]-1:0] quot;
+    logic [DivDen[Set]-1:0] remainder;
+    rt_div_seq #(
+        .NumBits    (DivNum[Set]),
+        .DenBits    (DivDen[Set]),
+        .QuotBits   (DivQuot[Set]),
+        .BitsPerStep(DivStep[Set]),
+        .tag_t      (word_t)
+    ) u_div_seq (
+        .clk_i,
+        .rst_ni,
+        .in_valid_i    (seq_in_valid_i[i]),
+        .in_ready_o    (seq_in_ready_o[i]),
+        .in_num_i      (seq_num_i[i][DivNum[Set]-1:0]),
+        .in_den_i      (seq_den_i[i][DivDen[Set]-1:0]),
+        .in_tag_i      (seq_tag_i[i]),
+        .out_valid_o   (seq_out_valid_o[i]),
+        .out_ready_i   (seq_out_ready_i[i]),
+        .out_quot_o    (quot),
+        .out_rem_o     (remainder),
+        .out_overflow_o(seq_overflow_o[i]),
+        .out_tag_o     (seq_tag_o[i])
+    );
+    assign seq_quot_o[i] = 64'(quot);
+    assign seq_rem_o[i]  = 64'(remainder);
+    assign seq_interval_o[i] = rt_lib_pkg::div_seq_interval(DivQuot[Set], DivStep[Set]);
+  end
+
+  // ---------------------------------------------------------------------------------------------------- arbiter, RAM, checkers
+  word_t arb_data[ArbInputs];
+  for (genvar i = 0; i < int'(ArbInputs); i++) begin : gen_arb_data
+    assign arb_data[i] = arb_data_i[i];
+  end
+  rt_arbiter #(
+      .NumInputs(ArbInputs),
+      .data_t   (word_t)
+  ) u_arbiter (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (arb_valid_i),
+      .in_ready_o (arb_ready_o),
+      .in_data_i  (arb_data),
+      .in_last_i  (arb_last_i),
+      .out_valid_o(arb_valid_o),
+      .out_ready_i(arb_ready_i),
+      .out_data_o (arb_data_o),
+      .out_index_o(arb_index_o)
+  );
+
+  word_t one_data[1];
+  logic one_index;
+  assign one_data[0] = arb_data_i[0];
+  rt_arbiter #(
+      .NumInputs(1),
+      .data_t   (word_t)
+  ) u_arbiter_one (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (arb_valid_i[0]),
+      .in_ready_o (arb_one_ready_o),
+      .in_data_i  (one_data),
+      .in_last_i  (arb_last_i[0]),
+      .out_valid_o(arb_one_valid_o),
+      .out_ready_i(arb_ready_o[0]),
+      .out_data_o (arb_one_data_o),
+      .out_index_o(one_index)
+  );
+  `RT_ASSERT(OneInputIsInputZero, !one_index)
+
+  rt_ram_sdp #(
+      .Depth (100),
+      .data_t(word_t)
+  ) u_ram_plain (
+      .clk_i,
+      .rst_ni,
+      .write_en_i  (ram_write_i),
+      .write_addr_i(ram_write_addr_i),
+      .write_data_i(ram_write_data_i),
+      .read_en_i   (ram_read_i),
+      .read_addr_i (ram_read_addr_i),
+      .read_data_o (ram_plain_o)
+  );
+
+  rt_ram_sdp #(
+      .Depth  (100),
+      .Forward(1'b1),
+      .data_t (word_t)
+  ) u_ram_forward (
+      .clk_i,
+      .rst_ni,
+      .write_en_i  (ram_write_i),
+      .write_addr_i(ram_write_addr_i),
+      .write_data_i(ram_write_data_i),
+      .read_en_i   (ram_read_i),
+      .read_addr_i (ram_read_addr_i),
+      .read_data_o (ram_forward_o)
+  );
+
+  `RT_ASSERT_STREAM(RuleStream, rule_valid_i, rule_ready_i, rule_data_i)
+  `RT_ASSERT(RuleTrue, rule_true_i)
+endmodule
