@@ -35,10 +35,13 @@ double smooth(double lower, double upper, double x) {
   return t * t * (3 - 2 * t);
 }
 
+/// Makes detail 1 about 230,000 triangles.
+constexpr double kDefaultFineness = 0.865;
+
 class Room {
  public:
   Room(double detail, std::uint64_t seed)
-      : fineness_(std::sqrt(detail)), random_(seed), noise_seed_(static_cast<std::uint32_t>(seed)) {}
+      : fineness_(kDefaultFineness * std::sqrt(detail)), random_(seed), noise_seed_(static_cast<std::uint32_t>(seed)) {}
 
   Scene make() {
     shell();
@@ -246,7 +249,7 @@ class Room {
       const double y = kSill + (kHead - kSill) * i / 3.0;
       bar(y - 0.014, y + 0.014, kJambA, kJambB);
     }
-    append(frame, rounded_box({-kX - 0.10, kSill - 0.035, kJambA - 0.08}, {-kX + 0.13, kSill + 0.008, kJambB + 0.08},
+    append(frame, rounded_box({-kX - 0.10, kSill - 0.035, kJambA - 0.08}, {-kX + 0.10, kSill + 0.008, kJambB + 0.08},
                               0.012, fine));
     object("window frame", {{std::move(frame), white}});
   }
@@ -262,7 +265,7 @@ class Room {
                        [&](double u, double v) {
                          const double fold = 2 * kPi * 6.5 * (u + 0.02 * std::sin(2 * kPi * (1.5 * v + side)));
                          const double depth = 0.022 + 0.028 * (1 - v);
-                         const double x = -kX + 0.16 + depth * std::sin(fold) +
+                         const double x = -kX + 0.21 + depth * std::sin(fold) +
                                           0.015 * noise({u * 3, v * 2, 1.0 + side}, noise_seed_);
                          return glm::dvec3(x, bottom + (top - bottom) * v, z0 + (z1 - z0) * u * (1 + 0.06 * (1 - v)));
                        }),
@@ -270,10 +273,10 @@ class Room {
     }
     const std::uint32_t brass = material("brass", srgb(0.80, 0.65, 0.38), 0.3f, 1.0f);
     Primitive rod =
-        tube([&](double t) { return glm::dvec3(-kX + 0.16, top + 0.02, kJambA - 0.7 + t * (kJambB - kJambA + 1.4)); },
+        tube([&](double t) { return glm::dvec3(-kX + 0.21, top + 0.02, kJambA - 0.7 + t * (kJambB - kJambA + 1.4)); },
              [](double) { return 0.014; }, cells(20, 6), 1, true);
     for (const double z : {kJambA - 0.7, kJambB + 0.7})
-      append(rod, sphere(0.032, cells(28, 8)), translate(-kX + 0.16, top + 0.02, z));
+      append(rod, sphere(0.032, cells(28, 8)), translate(-kX + 0.21, top + 0.02, z));
     object("curtain rod", {{std::move(rod), brass}});
   }
 
@@ -301,7 +304,7 @@ class Room {
       return c * (0.88 + 0.12 * fractal_noise({u * 120, v * 90, 2.0}, 2, noise_seed_ + 30));
     });
     const double w = 2.7, h = 2.0;
-    Primitive pile = surface(cells(190, 8), cells(140, 6), [&](double u, double v) {
+    Primitive pile = surface(cells(160, 8), cells(118, 6), [&](double u, double v) {
       const double x = (u - 0.5) * w, z = (0.5 - v) * h;
       const double edge = smooth(0, 0.02, std::min(std::min(u, 1 - u) * w, std::min(v, 1 - v) * h));
       const double wave = 0.006 * fractal_noise({x * 1.7, z * 1.7, 0.5}, 2, noise_seed_ + 31);
@@ -398,7 +401,7 @@ class Room {
                                {0.145, 0.095}, {0.135, 0.085}, {0.090, 0.050}, {0, 0.030}};
     const glm::dvec3 at(kTableX - 0.24, y, kTableZ - 0.16);
     object("bowl", {{lathe(bowl, cells(64, 10), cells(3, 1)), brass}}, at);
-    const int fine = cells(16, 4);
+    const int fine = cells(13, 4);
     const std::uint32_t apple = mesh(
         "apple", {{cube_sphere(fine,
                                [](const glm::dvec3& d) {
@@ -448,7 +451,7 @@ class Room {
              const glm::dvec3 out = glm::dvec3(low.x, 0, low.z) * (0.03 * std::sin(kPi * v));
              return glm::mix(low, high, v) + out;
            }));
-    const int around = cells(18, 5), along = cells(16, 3);
+    const int around = cells(14, 5), along = cells(13, 3);
     const auto stick = [&](const glm::dvec3& from, const glm::dvec3& to, double thick, double thin) {
       append(p, tube([&](double t) { return glm::mix(from, to, t); },
                      [&](double t) { return thin + (thick - thin) * std::pow(std::sin(kPi * (0.15 + 0.7 * t)), 2); },
@@ -484,7 +487,7 @@ class Room {
 
   /// A cushion: a box whose faces bulge.
   Primitive cushion(const glm::dvec3& size, double bulge) {
-    Primitive p = cube_sphere(cells(22, 4), [](const glm::dvec3&) { return 1.0; });
+    Primitive p = cube_sphere(cells(17, 4), [](const glm::dvec3&) { return 1.0; });
     for (glm::vec3& q : p.positions) {
       const glm::dvec3 d(q);
       const auto power = [](double x) { return std::pow(std::abs(x), 5.0); };
@@ -524,7 +527,7 @@ class Room {
     const std::uint32_t walnut = material("walnut", srgb(0.36, 0.23, 0.15), 0.5f);
     const double x0 = 0.55, x1 = 2.15, depth = 0.30, height = 2.12, board = 0.028;
     const double back = -kZ + 0.025, front = back + depth;
-    const int fine = cells(2, 1);
+    const int fine = cells(1, 1);
     Primitive frame;
     append(frame, box({x0, 0.0, back - 0.005}, {x1, height, back + 0.005}));
     for (const double x : {x0, 0.5 * (x0 + x1) - board / 2, x1 - board})
@@ -589,7 +592,7 @@ class Room {
         }
         if (kind == 4) {
           object("ring",
-                 {{torus_knot(2, 3, 0.38, cells(150, 24), cells(20, 6)),
+                 {{torus_knot(2, 3, 0.38, cells(110, 24), cells(14, 6)),
                    material("brass", srgb(0.80, 0.65, 0.38), 0.3f, 1.0f)}},
                  {end - 0.085, y + 0.085, front - 0.14}, 0.4);
           Node& ring = scene_.nodes.back();
@@ -674,7 +677,7 @@ class Room {
       append(stalks, tube(
                          curve, [](double) { return 0.0022; }, cells(6), cells(12, 2), true));
       append(ears,
-             cube_sphere(cells(9, 2), [](const glm::dvec3& d) { return 0.014 * (1 + 0.35 * noise(d * 6.0, 11)); }),
+             cube_sphere(cells(7, 2), [](const glm::dvec3& d) { return 0.014 * (1 + 0.35 * noise(d * 6.0, 11)); }),
              glm::translate(glm::dmat4(1.0), curve(1.0)) * scale(1, 2.6, 1));
     }
     object("dry flowers",
@@ -691,7 +694,7 @@ class Room {
     const std::uint32_t brass = material("brass", srgb(0.80, 0.65, 0.38), 0.3f, 1.0f);
     const std::uint32_t shade = material("lamp shade", srgb(0.92, 0.84, 0.68), 0.9f);
     scene_.materials[shade].double_sided = true;
-    scene_.materials[shade].emissive = {5.5f, 3.7f, 2.0f};
+    scene_.materials[shade].emissive = {1.1f, 0.80f, 0.48f};
     // Floor lamp beside the armchair.
     const glm::dvec3 foot(-2.62, 0, -2.02);
     const glm::dvec2 base[] = {{0, 0},        {0, 0},        {0.15, 0},     {0.155, 0.012}, {0.14, 0.024},
@@ -712,7 +715,7 @@ class Room {
     const glm::dvec2 rose[] = {{0.0, kY - hang.y - 0.03}, {0.03, kY - hang.y - 0.03}, {0.055, kY - hang.y}};
     append(cord, lathe(rose, cells(32, 8), cells(3, 1)));
     const std::uint32_t bulb = material("bulb", srgb(1.0, 0.9, 0.7), 0.9f);
-    scene_.materials[bulb].emissive = {18.0f, 13.0f, 7.5f};
+    scene_.materials[bulb].emissive = {9.0f, 6.8f, 4.2f};
     Primitive globe;
     append(globe, sphere(0.05, cells(20, 6)), translate(0, 0.08, 0));
     object("pendant",
@@ -728,7 +731,15 @@ class Room {
     lamp.type = Light::Type::kPoint;
     lamp.color = {1.0f, 0.76f, 0.48f};
     lamp.intensity = 9.0f;
-    node("pendant light", hang + glm::dvec3(0, 0.02, 0)).light = light(lamp);
+    // Below the rim: the shadow of the bell ends at the ceiling, not across the pictures.
+    node("pendant light", hang + glm::dvec3(0, -0.10, 0)).light = light(lamp);
+
+    Light floor;
+    floor.name = "floor lamp";
+    floor.type = Light::Type::kPoint;
+    floor.color = {1.0f, 0.80f, 0.55f};
+    floor.intensity = 5.0f;
+    node("floor light", foot + glm::dvec3(0, 1.53, 0)).light = light(floor);
 
     Light sun;
     sun.name = "sun";
@@ -742,12 +753,18 @@ class Room {
     at.light = sunlight;
     aim(at, {kView + 0.15, 4.2, 0.75}, {-3.0, 1.45, -0.25});
 
+    // Shines away from the room, so that nothing in the room asks for it.
     Light outdoors;
     outdoors.name = "outdoors";
-    outdoors.type = Light::Type::kPoint;
+    outdoors.type = Light::Type::kSpot;
     outdoors.color = {0.95f, 0.97f, 1.0f};
-    outdoors.intensity = 60.0f;
-    node("outdoors light", {-4.0, 3.4, -0.25}).light = light(outdoors);
+    outdoors.intensity = 42.0f;
+    outdoors.inner_cone = 1.10f;
+    outdoors.outer_cone = 1.50f;
+    const std::uint32_t daylight = light(outdoors);
+    Node& sky = node("outdoors light");
+    sky.light = daylight;
+    aim(sky, {-3.3, 2.6, 0.5 * (kJambA + kJambB)}, {kView, 1.9, 0.5 * (kJambA + kJambB)});
 
     Light fill;
     fill.name = "ceiling lamp";
@@ -791,7 +808,7 @@ class Room {
             {lathe(soil, cells(32, 8)), material("soil", srgb(0.20, 0.14, 0.10), 1.0f)},
             {std::move(stems), material("stem", srgb(0.30, 0.38, 0.18), 0.7f)},
             {std::move(leaves), leaf}},
-           {-2.45, 0, 1.55});
+           {-2.42, 0, 0.72});
   }
 
   void pictures() {
