@@ -46,7 +46,7 @@ inline constexpr int kFloat64Bits = 64;  // 64 bits: Bits of an IEEE 754 double 
 
 inline constexpr int kExponentBias = 1;  // 1/height of the largest triangle of the box is above 1/4, so exponents start at -1.
 inline constexpr int kExponentMax = 53;  // Largest biased exponent a record may hold.
-inline constexpr int kEpsUv = 268435456;  // 2^-22: U and V of a hit are at least -eps_uv. Above the proven error of U and V.
+inline constexpr int kEpsUv = 268435456;  // 2^-22: U of a hit lies in [-eps_uv, (d'z >> eu) + eps_uv], V likewise. Above the proven errors of both ends.
 inline constexpr int kEpsW = 536870912;  // 2^-21: W of a hit is at least -eps_w. Above the proven error of W.
 inline constexpr int kWiden = 32;  // 2^-19: a triangle is referenced from every cell whose box, widened by this, it touches.
 inline constexpr int kBoxPad = 1024;  // 2^-14: the root box is the box of the triangles and this, so that entry points lie in front of them.

@@ -94,7 +94,7 @@ package rt_contract_pkg;
   localparam int unsigned ExponentBias = 1;
   // Largest biased exponent a record may hold.
   localparam int unsigned ExponentMax = 53;
-  // 2^-22: U and V of a hit are at least -eps_uv. Above the proven error of U and V.
+  // 2^-22: U of a hit lies in [-eps_uv, (d'z >> eu) + eps_uv], V likewise. Above the proven errors of both ends.
   localparam edge_t EpsUv = 55'sd268435456;
   // 2^-21: W of a hit is at least -eps_w. Above the proven error of W.
   localparam edge_t EpsW = 55'sd536870912;

@@ -112,11 +112,13 @@ inline contract::TriTestOutRecord tri_test(const contract::TriTestInRecord& in) 
   }
   const std::int64_t u = ou * dz - oz * du, v = ov * dz - oz * dv;
   const unsigned difference = (in.exponent_u - in.exponent_v) & ((1u << contract::kExponentBits) - 1);
-  const Wide w = ((static_cast<Wide>(dz) << (contract::kPositionFrac + contract::kExponentBias)) >> in.exponent_u) - u -
-                 (static_cast<Wide>(v) >> difference);
+  const Wide one = static_cast<Wide>(dz) << (contract::kPositionFrac + contract::kExponentBias);
+  const Wide one_u = one >> in.exponent_u, one_v = one >> in.exponent_v;
+  const Wide w = one_u - u - (static_cast<Wide>(v) >> difference);
   contract::TriTestOutRecord out;
   out.id = in.id;
-  out.hit = dz > 0 && oz <= 0 && u >= -contract::kEpsUv && v >= -contract::kEpsUv && w >= -contract::kEpsW && -oz < 2 * dz;
+  out.hit = dz > 0 && oz <= 0 && u >= -contract::kEpsUv && v >= -contract::kEpsUv && w >= -contract::kEpsW &&
+            u <= one_u + contract::kEpsUv && v <= one_v + contract::kEpsUv && -oz < 2 * dz;
   if (!out.hit) return out;
   out.t = static_cast<std::uint32_t>((static_cast<Wide>(-oz) << contract::kCoefficientFrac) / dz);
   out.edge_u = u;
