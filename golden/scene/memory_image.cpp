@@ -197,9 +197,19 @@ void walk(const MemoryImage& image, OnInterior&& on_interior, OnLeaf&& on_leaf) 
   }
 }
 
+/// Bits that belong to no field must be 0: a record packs to what it was unpacked from.
+template <typename Record>
+bool has_stray_bits(const Record& record, const std::uint64_t* words) {
+  std::uint64_t packed[Record::kWords];
+  record.pack(packed);
+  return std::memcmp(packed, words, sizeof packed) != 0;
+}
+
 void check_leaf(const MemoryImage& image, std::uint32_t index, const Cell& cell) {
   const HeaderRecord& h = image.header();
   const LeafRecord leaf = image.leaf(index);
+  if (has_stray_bits(leaf, image.leaf_words() + std::size_t{index} * LeafRecord::kWords))
+    fail(leaf_name(index) + ": reserved bits are not 0");
   for (int face = 0; face < 6; ++face) {
     if (leaf.bound[face] != cell.bound[face])
       expect(false, leaf_name(index), element("bound", face), leaf.bound[face], std::to_string(cell.bound[face]));
@@ -209,13 +219,6 @@ void check_leaf(const MemoryImage& image, std::uint32_t index, const Cell& cell)
   if (leaf.parent != cell.parent) expect(false, leaf_name(index), "parent", leaf.parent, std::to_string(cell.parent));
   if (leaf.kind != static_cast<std::uint32_t>(contract::kKindTriangles))
     expect(false, leaf_name(index), "kind", leaf.kind, std::to_string(contract::kKindTriangles) + " (triangles)");
-  const std::uint64_t beyond = leaf.count > kInline ? leaf.count - kInline : 0;
-  if (beyond == 0) {
-    if (leaf.list_base != 0) expect(false, leaf_name(index), "list_base", leaf.list_base, "0 with nothing in the list");
-  } else if (leaf.list_base + beyond > h.list_count) {
-    expect(false, leaf_name(index), "list_base", leaf.list_base,
-           "room for " + std::to_string(beyond) + " more references in a list of " + std::to_string(h.list_count));
-  }
   for (std::uint32_t i = 0; i < kInline; ++i) {
     const bool used = i < leaf.count;
     if (used ? leaf.refs[i] >= h.triangle_count : leaf.refs[i] != 0)
@@ -238,6 +241,8 @@ void check_triangle(const MemoryImage& image, std::uint32_t index) {
   static_assert(kMost < kOne);
   constexpr std::int64_t kMaxOffset = 929887697;  // ceil(sqrt(3) * 2^29)
   const TriangleRecord t = image.triangle(index);
+  if (has_stray_bits(t, image.triangle_words() + std::size_t{index} * TriangleRecord::kWords))
+    fail(triangle_name(index) + ": reserved bits are not 0");
   const auto check_row = [&](const char* name, const std::array<std::int32_t, 3>& row, double least) {
     const double norm = std::sqrt(static_cast<double>(squared_norm(row)));
     if (norm > kMost || norm < least)
@@ -262,12 +267,101 @@ void check_triangle(const MemoryImage& image, std::uint32_t index) {
            "at most exponent_u = " + std::to_string(t.exponent_u));
 }
 
-/// Bits that belong to no field must be 0: a record packs to what it was unpacked from.
-template <typename Record>
-bool has_stray_bits(const Record& record, const std::uint64_t* words) {
-  std::uint64_t packed[Record::kWords];
-  record.pack(packed);
-  return std::memcmp(packed, words, sizeof packed) != 0;
+/// What lies between the sections is 0.
+void check_padding(const MemoryImage& image) {
+  const HeaderRecord& h = image.header();
+  const auto expect_zero = [&](std::uint64_t word, std::uint64_t end_line, const char* section) {
+    for (; word < end_line * MemoryImage::kLineWords; ++word)
+      if (image.words()[word] != 0)
+        fail(std::string(section) + ": padding in word " + std::to_string(word) + " is not 0");
+  };
+  const std::uint64_t list_word = std::uint64_t{h.list_offset} * MemoryImage::kLineWords;
+  expect_zero(
+      std::uint64_t{h.pair_offset} * MemoryImage::kLineWords + std::uint64_t{h.pair_count} * NodePairRecord::kWords,
+      h.leaf_offset, "node pairs");
+  expect_zero(list_word + (std::uint64_t{h.list_count} + 1) / 2, h.triangle_offset, "reference list");
+  if (h.list_count % 2 == 1 && image.list(h.list_count) != 0)
+    fail("reference list: padding after the last entry is not 0");
+}
+
+struct TreeTotals {
+  std::uint64_t pairs = 1, leaves = 0, references = 0, leaf_depths = 0;
+  std::uint32_t max_depth = 0;
+};
+
+/// The tree: every pair and leaf record belongs to one node, parents, splits, bounds and links are what the way down
+/// says.
+TreeTotals check_tree(const MemoryImage& image) {
+  const HeaderRecord& h = image.header();
+  const NodePairRecord root = image.pair(0);
+  const Side left = side_of(root, false), right = side_of(root, true);
+  expect(root.parent == 0, "node pair 0", "parent", root.parent, "0");
+  expect(right.split == left.split, "node pair 0", "right_split", right.split,
+         "the root's " + std::to_string(left.split));
+  expect(right.axis == left.axis, "node pair 0", "right_axis", right.axis, "the root's " + std::to_string(left.axis));
+  expect(right.child == left.child, "node pair 0", "right_child", right.child,
+         "the root's " + std::to_string(left.child));
+
+  TreeTotals totals;
+  std::vector<bool> pair_reached(h.pair_count), leaf_reached(h.leaf_count);
+  pair_reached[0] = true;
+  const auto on_interior = [&](std::uint32_t node, const Side& side, const Cell& cell) {
+    const std::int32_t low = cell.bound[2 * side.axis], high = cell.bound[2 * side.axis + 1];
+    if (side.split <= low || side.split >= high)
+      expect(false, pair_name(node), "split", side.split,
+             "strictly between " + std::to_string(low) + " and " + std::to_string(high));
+    if (side.child >= h.pair_count)
+      expect(false, pair_name(node), "child", side.child, "below pair_count = " + std::to_string(h.pair_count));
+    if (pair_reached[side.child])
+      expect(false, pair_name(node), "child", side.child, "a pair that no other node leads to");
+    pair_reached[side.child] = true;
+    ++totals.pairs;
+    const std::uint32_t parent = image.pair(side.child).parent;
+    if (parent != node)
+      expect(false, "node pair " + std::to_string(side.child), "parent", parent, std::to_string(node));
+  };
+  const auto on_leaf = [&](std::uint32_t node, const Side& side, const Cell& cell) {
+    if (side.split != 0) expect(false, pair_name(node), "split", side.split, "0 for a leaf");
+    if (side.child >= h.leaf_count)
+      expect(false, pair_name(node), "child", side.child, "below leaf_count = " + std::to_string(h.leaf_count));
+    if (leaf_reached[side.child])
+      expect(false, pair_name(node), "child", side.child, "a leaf record that no other node leads to");
+    leaf_reached[side.child] = true;
+    check_leaf(image, side.child, cell);
+    ++totals.leaves;
+    totals.references += image.leaf(side.child).count;
+    totals.leaf_depths += cell.depth;
+    totals.max_depth = std::max(totals.max_depth, cell.depth);
+  };
+  walk(image, on_interior, on_leaf);
+  expect(totals.pairs == h.pair_count, "header", "pair_count", h.pair_count,
+         std::to_string(totals.pairs) + ", as many as the tree has");
+  expect(totals.leaves == h.leaf_count, "header", "leaf_count", h.leaf_count,
+         std::to_string(totals.leaves) + ", as many as the tree has");
+  return totals;
+}
+
+/// The list belongs to the leaf records in their order, without gaps: no two share an entry, so the image bounds the
+/// references.
+void check_lists(const MemoryImage& image) {
+  const HeaderRecord& h = image.header();
+  std::uint64_t used = 0;
+  for (std::uint32_t i = 0; i < h.leaf_count; ++i) {
+    const LeafRecord leaf = image.leaf(i);
+    const std::uint64_t beyond = leaf.count > kInline ? leaf.count - kInline : 0;
+    const std::uint64_t base = beyond > 0 ? used : 0, left = h.list_count - used;
+    if (leaf.list_base != base) expect(false, leaf_name(i), "list_base", leaf.list_base, std::to_string(base));
+    if (beyond > left)
+      expect(false, leaf_name(i), "count", leaf.count,
+             "at most " + std::to_string(kInline + left) + ", the list ends after " + std::to_string(left) + " more");
+    used += beyond;
+  }
+  expect(used == h.list_count, "header", "list_count", h.list_count,
+         std::to_string(used) + ", as many as the leaves need");
+  for (std::uint32_t i = 0; i < h.list_count; ++i)
+    if (image.list(i) >= h.triangle_count)
+      expect(false, "reference list", "entry " + std::to_string(i), image.list(i),
+             "below triangle_count = " + std::to_string(h.triangle_count));
 }
 
 std::string errno_text() { return std::error_code(errno, std::generic_category()).message(); }
@@ -341,9 +435,10 @@ MemoryImage MemoryImage::assemble(HeaderRecord header, std::span<const NodePairR
 
   const auto pack_all = [&](auto records, std::uint64_t line, auto name) {
     std::uint64_t* to = image.words_.data() + line * kLineWords;
-    for (std::size_t i = 0; i < records.size(); ++i, to += records[i - 1].kWords) {
+    for (std::size_t i = 0; i < records.size(); ++i) {
       if (!records[i].fits()) fail(name(i) + ": a field does not fit its bits");
       records[i].pack(to);
+      to += records[i].kWords;
     }
   };
   pack_all(pairs, at.pairs, [](std::size_t i) { return "node pair " + std::to_string(i); });
@@ -443,87 +538,16 @@ GridTransform MemoryImage::transform() const {
 void MemoryImage::check() const {
   if (words_.size() < HeaderRecord::kWords) fail("header: the image is empty");
   check_header(header_, words_.size());
-  if (const std::uint32_t sum = checksum(words_); header_.checksum != sum)
-    expect(false, "header", "checksum", header_.checksum, std::to_string(sum));
-
-  const auto expect_zero = [&](std::uint64_t word, std::uint64_t end, const char* section) {
-    for (; word < end; ++word)
-      if (words_[word] != 0) fail(std::string(section) + ": padding at word " + std::to_string(word) + " is not 0");
-  };
-  const HeaderRecord& h = header_;
-  expect_zero(h.pair_offset * kLineWords + h.pair_count * NodePairRecord::kWords, h.leaf_offset * kLineWords,
-              "node pairs");
-  expect_zero(h.list_offset * kLineWords + (std::uint64_t{h.list_count} + 1) / 2, h.triangle_offset * kLineWords,
-              "reference list");
-  if (h.list_count % 2 == 1 && list(h.list_count) != 0) fail("reference list: padding after the last entry is not 0");
-
-  const NodePairRecord root = pair(0);
-  const Side left = side_of(root, false), right = side_of(root, true);
-  expect(root.parent == 0, "node pair 0", "parent", root.parent, "0");
-  expect(right.split == left.split, "node pair 0", "right_split", right.split,
-         "the root's " + std::to_string(left.split));
-  expect(right.axis == left.axis, "node pair 0", "right_axis", right.axis, "the root's " + std::to_string(left.axis));
-  expect(right.child == left.child, "node pair 0", "right_child", right.child,
-         "the root's " + std::to_string(left.child));
-
-  std::vector<bool> pair_reached(h.pair_count), leaf_reached(h.leaf_count);
-  pair_reached[0] = true;
-  std::uint64_t pairs = 1, leaves = 0, references = 0, leaf_depths = 0, in_list = 0;
-  std::uint32_t max_depth = 0;
-  walk(
-      *this,
-      [&](std::uint32_t node, const Side& side, const Cell& cell) {
-        if (side.split <= cell.bound[2 * side.axis] || side.split >= cell.bound[2 * side.axis + 1])
-          expect(false, pair_name(node), "split", side.split,
-                 "strictly between " + std::to_string(cell.bound[2 * side.axis]) + " and " +
-                     std::to_string(cell.bound[2 * side.axis + 1]));
-        if (side.child >= h.pair_count)
-          expect(false, pair_name(node), "child", side.child, "below pair_count = " + std::to_string(h.pair_count));
-        if (pair_reached[side.child])
-          expect(false, pair_name(node), "child", side.child, "a pair that no other node leads to");
-        pair_reached[side.child] = true;
-        ++pairs;
-        const std::uint32_t parent = pair(side.child).parent;
-        if (parent != node)
-          expect(false, "node pair " + std::to_string(side.child), "parent", parent, std::to_string(node));
-      },
-      [&](std::uint32_t node, const Side& side, const Cell& cell) {
-        if (side.split != 0) expect(false, pair_name(node), "split", side.split, "0 for a leaf");
-        if (side.child >= h.leaf_count)
-          expect(false, pair_name(node), "child", side.child, "below leaf_count = " + std::to_string(h.leaf_count));
-        if (leaf_reached[side.child])
-          expect(false, pair_name(node), "child", side.child, "a leaf record that no other node leads to");
-        leaf_reached[side.child] = true;
-        ++leaves;
-        check_leaf(*this, side.child, cell);
-        const std::uint64_t count = leaf(side.child).count;
-        references += count;
-        in_list += count > kInline ? count - kInline : 0;
-        leaf_depths += cell.depth;
-        max_depth = std::max(max_depth, cell.depth);
-      });
-  expect(pairs == h.pair_count, "header", "pair_count", h.pair_count,
-         std::to_string(pairs) + ", as many as the tree has");
-  expect(leaves == h.leaf_count, "header", "leaf_count", h.leaf_count,
-         std::to_string(leaves) + ", as many as the tree has");
-  expect(in_list == h.list_count, "header", "list_count", h.list_count,
-         std::to_string(in_list) + ", as many as the leaves need");
-  expect(max_depth == h.max_depth, "header", "max_depth", h.max_depth, std::to_string(max_depth));
-  const std::uint32_t steps = step_limit(pairs, leaves, references, leaf_depths);
-  expect(steps == h.step_limit, "header", "step_limit", h.step_limit, std::to_string(steps));
-
-  for (std::uint32_t i = 0; i < h.leaf_count; ++i)
-    if (has_stray_bits(leaf(i), leaf_words() + i * LeafRecord::kWords))
-      fail(leaf_name(i) + ": reserved bits are not 0");
-  for (std::uint32_t i = 0; i < h.list_count; ++i)
-    if (list(i) >= h.triangle_count)
-      expect(false, "reference list", "entry " + std::to_string(i), list(i),
-             "below triangle_count = " + std::to_string(h.triangle_count));
-  for (std::uint32_t i = 0; i < h.triangle_count; ++i) {
-    if (has_stray_bits(triangle(i), triangle_words() + std::uint64_t{i} * TriangleRecord::kWords))
-      fail(triangle_name(i) + ": reserved bits are not 0");
-    check_triangle(*this, i);
-  }
+  const std::uint32_t sum = checksum(words_);
+  expect(header_.checksum == sum, "header", "checksum", header_.checksum, std::to_string(sum));
+  check_padding(*this);
+  const TreeTotals totals = check_tree(*this);
+  check_lists(*this);
+  expect(header_.max_depth == totals.max_depth, "header", "max_depth", header_.max_depth,
+         std::to_string(totals.max_depth));
+  const std::uint32_t steps = step_limit(totals.pairs, totals.leaves, totals.references, totals.leaf_depths);
+  expect(header_.step_limit == steps, "header", "step_limit", header_.step_limit, std::to_string(steps));
+  for (std::uint32_t i = 0; i < header_.triangle_count; ++i) check_triangle(*this, i);
 }
 
 ImageStatistics describe(const MemoryImage& image) {

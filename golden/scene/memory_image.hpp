@@ -1,6 +1,6 @@
 // The memory image: the one form in which every engine, in software or in hardware, sees a scene.
-// Layout: header (2 lines), node pairs, leaf records, reference list, triangle records, each section starting on a 64-byte line.
-// Records: scripts/contract/contract.toml, docs/number-contract.md. Design: docs/memory-image.md.
+// Layout: header (2 lines), node pairs, leaf records, reference list, triangle records, each section starting on a
+// 64-byte line. Records: scripts/contract/contract.toml, docs/number-contract.md. Design: docs/memory-image.md.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "contract_records.hpp"
-#include "hls/include/contract.hpp"
 #include "geometry.hpp"
+#include "hls/include/contract.hpp"
 
 namespace retrace {
 
@@ -22,8 +22,8 @@ class MemoryImage {
   MemoryImage() = default;
   /// Takes the words as they are and checks them (see check()). Throws Error.
   explicit MemoryImage(std::vector<std::uint64_t> words);
-  /// Lays out the sections, fills offsets, counts, lines and checksum of the header. `list` holds 32-bit entries. Throws Error if
-  /// a count exceeds its index type.
+  /// Lays out the sections, fills offsets, counts, lines and checksum of the header. `list` holds 32-bit entries.
+  /// Throws Error if a count exceeds its index type.
   static MemoryImage assemble(contract::HeaderRecord header, std::span<const contract::NodePairRecord> pairs,
                               std::span<const contract::LeafRecord> leaves, std::span<const std::uint32_t> list,
                               std::span<const contract::TriangleRecord> triangles);
@@ -31,7 +31,8 @@ class MemoryImage {
   /// Checksum that the header must hold for these words (its own word counts as 0).
   static std::uint32_t checksum(std::span<const std::uint64_t> words);
   /// Header field step_limit: no walk, in any mode, takes more steps. `leaf_depths` is the sum of the leaves' depths.
-  static std::uint32_t step_limit(std::uint64_t pairs, std::uint64_t leaves, std::uint64_t references, std::uint64_t leaf_depths);
+  static std::uint32_t step_limit(std::uint64_t pairs, std::uint64_t leaves, std::uint64_t references,
+                                  std::uint64_t leaf_depths);
 
   /// Reads a file written by save(). Throws Error that names the file and what is wrong with it.
   static MemoryImage load(const std::filesystem::path& path);
@@ -54,17 +55,16 @@ class MemoryImage {
   contract::TriangleRecord triangle(std::size_t i) const {
     return contract::TriangleRecord::unpack(triangle_words() + 8 * i);
   }
-  std::uint32_t list(std::size_t i) const {
-    return static_cast<std::uint32_t>(list_words()[i / 2] >> (32 * (i % 2)));
-  }
+  std::uint32_t list(std::size_t i) const { return static_cast<std::uint32_t>(list_words()[i / 2] >> (32 * (i % 2))); }
   /// Reference `i` of a leaf, inline or from the list.
   std::uint32_t reference(const contract::LeafRecord& leaf, std::uint32_t i) const {
     return i < contract::kLeafInline ? leaf.refs[i] : list(leaf.list_base + i - contract::kLeafInline);
   }
 
-  /// What a walk needs in order to be safe and to end: magic, version, checksum, sections inside the image, every index inside its
-  /// table, a tree (each pair reached once, parents right), splits inside their cells, leaf bounds and links that equal
-  /// what the walk down the tree gives, exponents in order, box inside [-1, 1], depth and step limit. Throws Error naming the record.
+  /// What a walk needs in order to be safe and to end: magic, version, checksum, sections inside the image, every index
+  /// inside its table, a tree (each pair reached once, parents right), splits inside their cells, leaf bounds and links
+  /// that equal what the walk down the tree gives, exponents in order, box inside [-1, 1], depth and step limit. Throws
+  /// Error naming the record.
   void check() const;
 
  private:
@@ -76,7 +76,7 @@ class MemoryImage {
 struct ImageStatistics {
   std::uint64_t nodes = 0, interior = 0, leaves = 0, empty_leaves = 0, triangles = 0, references = 0;
   double references_per_triangle = 0, references_per_leaf = 0;
-  double sah_cost = 0;            ///< with the builder's default costs
+  double sah_cost = 0;  ///< with the builder's default costs
   std::uint32_t max_depth = 0, max_leaf = 0;
   std::vector<std::uint64_t> depth_histogram;      ///< leaves by depth
   std::vector<std::uint64_t> leaf_size_histogram;  ///< leaves by number of references, last entry: that many or more
