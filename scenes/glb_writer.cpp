@@ -3,12 +3,10 @@
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
-#include <unistd.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
@@ -51,16 +49,13 @@ Bytes encode_png(const Texture& texture) {
   return encoded;
 }
 
-/// JSON of a float: the shortest text that reads back as the same float.
+/// JSON of a float: the double whose shortest text is the float's shortest text.
 double shortest(float x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", static_cast<double>(x));
-  for (int digits = 1; digits < 9; ++digits) {
-    char shorter[32];
-    std::snprintf(shorter, sizeof shorter, "%.*g", digits, static_cast<double>(x));
-    if (std::strtof(shorter, nullptr) == x) return std::strtod(shorter, nullptr);
-  }
-  return std::strtod(text, nullptr);
+  char text[40];
+  const auto [end, status] = std::to_chars(text, text + sizeof text, x);
+  double value = 0;
+  std::from_chars(text, end, value);
+  return value;
 }
 
 template <class Vec>
@@ -296,26 +291,5 @@ class Writer {
 }  // namespace
 
 std::vector<std::uint8_t> to_glb(const Scene& scene) { return Writer(scene).run(); }
-
-void write_glb(const Scene& scene, const std::filesystem::path& path) {
-  const std::vector<std::uint8_t> bytes = to_glb(scene);
-  std::filesystem::path temporary = path;
-  temporary += ".tmp" + std::to_string(::getpid());
-  const auto give_up = [&](const std::string& why) {
-    std::error_code ignored;
-    std::filesystem::remove(temporary, ignored);
-    throw Error(path.string() + ": cannot be written: " + why);
-  };
-  {
-    std::ofstream file(temporary, std::ios::binary | std::ios::trunc);
-    if (!file) throw Error(path.string() + ": cannot be written: " + std::strerror(errno));
-    file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-    file.close();
-    if (!file) give_up(std::strerror(errno));
-  }
-  std::error_code status;
-  std::filesystem::rename(temporary, path, status);
-  if (status) give_up(status.message());
-}
 
 }  // namespace retrace

@@ -2,7 +2,6 @@
 // (textures: the same bytes for the same version of the PNG encoder).
 #pragma once
 #include <cstdint>
-#include <filesystem>
 #include <vector>
 
 #include "golden/scene/scene.hpp"
@@ -12,8 +11,5 @@ namespace retrace {
 /// What the loader makes of these bytes is the scene again (texels rounded to 8 bits of sRGB). Throws Error for a
 /// non-finite position and a file of 4 GiB or more.
 std::vector<std::uint8_t> to_glb(const Scene& scene);
-
-/// Writes the whole file or none (temporary file in the same folder, then rename). Throws Error that names the path.
-void write_glb(const Scene& scene, const std::filesystem::path& path);
 
 }  // namespace retrace
