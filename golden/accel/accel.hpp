@@ -1,6 +1,7 @@
-// The one interface of the structure lab: a structure is built over triangles, answers closest-hit and any-hit queries, and counts its work.
-// All in double precision on the snapped scene and the quantised rays (number contract: docs/number-contract.md), so that every
-// structure, brute force and the engines of the project can be compared ray by ray. A structure is a file; catalogue.cpp lists them.
+// The one interface of the structure lab: a structure is built over triangles, answers closest-hit and any-hit queries,
+// and counts its work. All in double precision on the snapped scene and the quantised rays (number contract:
+// docs/number-contract.md), so that every structure, brute force and the engines of the project can be compared ray by
+// ray. A structure is a file; catalogue.cpp lists them.
 //
 // Units: grid units (position code * 2^-24, direction code * 2^-26). t counts in lengths of the direction.
 // Every structure must return, bit for bit, what brute force returns with the same triangle test (triangle_test.hpp).
@@ -20,8 +21,8 @@ namespace retrace::accel {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// By how much a structure widens its cells and volumes (2^-19, as the memory image does): far above what rounding in double can
-/// move a hit point, so that no traversal loses one, see triangle_test.hpp.
+/// By how much a structure widens its cells and volumes (2^-19, as the memory image does): far above what rounding in
+/// double can move a hit point, so that no traversal loses one, see triangle_test.hpp.
 inline constexpr double kMargin = contract::kWiden * 0x1p-24;
 
 struct Box {
@@ -88,14 +89,14 @@ struct Hit {
 
 /// Work, summed over rays.
 struct Work {
-  std::uint64_t down = 0;     ///< interior nodes entered on the way down; grid: 0
-  std::uint64_t up = 0;       ///< nodes visited on the way up
-  std::uint64_t leaf = 0;     ///< leaves or voxels entered, empty ones too
-  std::uint64_t volumes = 0;  ///< boxes or slab sets tested (BVH, kd-backtrack with boxes)
-  std::uint64_t restarts = 0; ///< walks begun anew at the root or at the restart node
-  std::uint64_t tests = 0;    ///< triangle tests carried out
-  std::uint64_t skipped = 0;  ///< tests that the mailbox saved
-  std::uint64_t bytes = 0;    ///< bytes asked of memory, before any cache
+  std::uint64_t down = 0;      ///< interior nodes entered on the way down; grid: 0
+  std::uint64_t up = 0;        ///< nodes visited on the way up
+  std::uint64_t leaf = 0;      ///< leaves or voxels entered, empty ones too
+  std::uint64_t volumes = 0;   ///< boxes or slab sets tested (BVH, kd-backtrack with boxes)
+  std::uint64_t restarts = 0;  ///< walks begun anew at the root or at the restart node
+  std::uint64_t tests = 0;     ///< triangle tests carried out
+  std::uint64_t skipped = 0;   ///< tests that the mailbox saved
+  std::uint64_t bytes = 0;     ///< bytes asked of memory, before any cache
 
   std::uint64_t visits() const { return down + up + leaf; }
   Work& operator+=(const Work& w) {
@@ -106,8 +107,8 @@ struct Work {
   friend bool operator==(const Work&, const Work&) = default;
 };
 
-/// Bytes of a structure in the form a hardware design would hold: 4 bytes a coordinate, index or pointer; triangle records of the project
-/// (64 bytes apart, 48 read). The layout of each structure is in its file.
+/// Bytes of a structure in the form a hardware design would hold: 4 bytes a coordinate, index or pointer; triangle
+/// records of the project (64 bytes apart, 48 read). The layout of each structure is in its file.
 struct Footprint {
   std::uint64_t nodes = 0, leaves = 0, references = 0, triangles = 0;
   std::uint64_t total() const { return nodes + leaves + references + triangles; }

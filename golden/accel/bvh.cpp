@@ -1,7 +1,8 @@
 // Layout and traversals of the bounding volume hierarchies.
 //   stack       children sorted by where the ray enters them
-//   heap        T. Kay, J. Kajiya, Ray tracing complex scenes, SIGGRAPH 1986: of all volumes entered so far, open the nearest
-//   stackless   M. Hapala, T. Davidovic, I. Wald, V. Havran, P. Slusallek, Efficient stack-less BVH traversal for ray tracing, SCCG 2011;
+//   heap        T. Kay, J. Kajiya, Ray tracing complex scenes, SIGGRAPH 1986: of all volumes entered so far, open the
+//   nearest stackless   M. Hapala, T. Davidovic, I. Wald, V. Havran, P. Slusallek, Efficient stack-less BVH traversal
+//   for ray tracing, SCCG 2011;
 //               their order by the sign of the direction, here for any number of children
 #include "bvh.hpp"
 
@@ -10,8 +11,8 @@
 namespace retrace::accel {
 
 glm::dvec3 slab_normal(int k) {
-  static const std::array<glm::dvec3, Bvh::kMaxSlabs> normals{
-      glm::dvec3{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}, {-1, 1, 1}, {-1, -1, 1}, {1, -1, 1}};
+  static const std::array<glm::dvec3, Bvh::kMaxSlabs> normals{glm::dvec3{1, 0, 0}, {0, 1, 0},   {0, 0, 1}, {1, 1, 1},
+                                                              {-1, 1, 1},          {-1, -1, 1}, {1, -1, 1}};
   return normals[k];
 }
 
@@ -63,8 +64,8 @@ Bvh::Bvh(const TriangleSet& set, const BvhDraft& draft, int slabs) : slabs_(slab
       }
     }
   }
-  // Siblings in the order of their centres along the axis on which these differ most. Only nodes move within their group, so
-  // the numbers of their children stay.
+  // Siblings in the order of their centres along the axis on which these differ most. Only nodes move within their
+  // group, so the numbers of their children stay.
   for (std::uint32_t i = 0; i < nodes_.size(); ++i) {
     Node& n = nodes_[i];
     if (n.leaf || n.count == 0) continue;
@@ -117,15 +118,20 @@ namespace {
 class Walk {
  public:
   Walk(const Bvh& bvh, const Ray& ray, Probe& probe, bool parents)
-      : best(no_hit(ray)), bvh_(bvh), ray_(ray), probe_(probe), slabs_(bvh.slabs()), stride_(bvh.node_bytes(parents)),
+      : best(no_hit(ray)),
+        bvh_(bvh),
+        ray_(ray),
+        probe_(probe),
+        slabs_(bvh.slabs()),
+        stride_(bvh.node_bytes(parents)),
         triangle_base_((bvh.nodes().size() * stride_ + 63) & ~std::uint64_t{63}) {
     for (int k = 0; k < slabs_; ++k) {
       offset_[k] = glm::dot(ray.origin, slab_normal(k));
       inverse_[k] = 1.0 / glm::dot(ray.direction, slab_normal(k));
     }
   }
-  /// Where the ray enters a volume; infinite if it does not, or not before the best hit. A plane that the ray runs in gives
-  /// 0 * inf, which every comparison ignores.
+  /// Where the ray enters a volume; infinite if it does not, or not before the best hit. A plane that the ray runs in
+  /// gives 0 * inf, which every comparison ignores.
   double enter(std::uint32_t node) {
     ++probe_.work.volumes;
     probe_.touch(node * stride_, static_cast<std::uint32_t>(stride_));
@@ -143,7 +149,8 @@ class Walk {
   bool leaf(const Bvh::Node& n) {
     ++probe_.work.leaf;
     for (std::uint32_t i = n.first; i < n.first + n.count; ++i) {
-      if (probe_.test(ray_, bvh_.triangle(i), i, triangle_base_ + i * std::uint64_t{Probe::kTriangleStride}, best) && ray_.any)
+      if (probe_.test(ray_, bvh_.triangle(i), i, triangle_base_ + i * std::uint64_t{Probe::kTriangleStride}, best) &&
+          ray_.any)
         return true;
     }
     return false;

@@ -1,5 +1,5 @@
-// I. Wald, On fast construction of SAH-based bounding volume hierarchies, IEEE Interactive Ray Tracing 2007: top-down, triangles
-// sorted into bins by centroid, split where the surface area heuristic is least.
+// I. Wald, On fast construction of SAH-based bounding volume hierarchies, IEEE Interactive Ray Tracing 2007: top-down,
+// triangles sorted into bins by centroid, split where the surface area heuristic is least.
 #include <algorithm>
 #include <numeric>
 
@@ -84,9 +84,8 @@ class Builder {
     const double area = box.half_area();
     const double split_cost = 2.0 * kTraversalCost + (area > 0.0 ? kIntersectionCost * best_cost / area : 0.0);
     if (count <= kMaxLeaf && split_cost >= kIntersectionCost * count) return first;
-    const auto middle = std::partition(draft.order.begin() + first, draft.order.begin() + last, [&](std::uint32_t t) {
-      return bin_of(t, best_axis, centers) <= best_bin;
-    });
+    const auto middle = std::partition(draft.order.begin() + first, draft.order.begin() + last,
+                                       [&](std::uint32_t t) { return bin_of(t, best_axis, centers) <= best_bin; });
     return static_cast<std::uint32_t>(middle - draft.order.begin());
   }
   int bin_of(std::uint32_t triangle, int axis, const Box& centers) const {

@@ -1,6 +1,7 @@
-// J. Goldsmith, J. Salmon, Automatic creation of object hierarchies for ray tracing, IEEE CG&A 7(5), 1987: triangles are inserted one by
-// one, in random order, each where it adds least to the expected number of volume tests (a node with k children and surface A adds
-// k A). On the way down from the root the path follows the child whose surface would grow least; along it,
+// J. Goldsmith, J. Salmon, Automatic creation of object hierarchies for ray tracing, IEEE CG&A 7(5), 1987: triangles
+// are inserted one by one, in random order, each where it adds least to the expected number of volume tests (a node
+// with k children and surface A adds k A). On the way down from the root the path follows the child whose surface would
+// grow least; along it,
 //   as a further child of a node:      k (A' - A) + A'
 //   beside a leaf, under a new node:   2 A(union)
 //   further down:                      k (A' - A), inherited by everything below
@@ -51,8 +52,8 @@ class Inserter {
 
     path_.clear();
     double inherited = 0.0, best_cost = kInfinity;
-    std::size_t best_depth = 0;                // the node at this depth of the path takes it
-    std::uint32_t best_partner = kNil;         // or shares a new node with this leaf child of it
+    std::size_t best_depth = 0;         // the node at this depth of the path takes it
+    std::uint32_t best_partner = kNil;  // or shares a new node with this leaf child of it
     for (std::uint32_t at = draft.root;;) {
       path_.push_back(at);
       const double grown = united(boxes_[at], box), old = boxes_[at].half_area();

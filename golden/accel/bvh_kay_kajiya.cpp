@@ -1,5 +1,5 @@
-// T. Kay, J. Kajiya, Ray tracing complex scenes, SIGGRAPH 1986, section 3: top-down median cut. The triangles are halved by their
-// centres along x, the halves along y, then z, then x again, down to one triangle a leaf.
+// T. Kay, J. Kajiya, Ray tracing complex scenes, SIGGRAPH 1986, section 3: top-down median cut. The triangles are
+// halved by their centres along x, the halves along y, then z, then x again, down to one triangle a leaf.
 #include <algorithm>
 #include <numeric>
 

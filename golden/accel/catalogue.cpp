@@ -43,9 +43,10 @@ std::vector<Technique> make_catalogue() {
     std::string key, name, source;
     BuildOptions::Split split;
   };
-  for (const Split& split : {Split{"kd-sah", "kd-tree, SAH", "MacDonald & Booth 1990; ", BuildOptions::Split::kSah},
-                             Split{"kd-spatial", "kd-tree, spatial median", "Kaplan 1985; ", BuildOptions::Split::kSpatialMedian},
-                             Split{"kd-object", "kd-tree, object median", "Jansen 1986; ", BuildOptions::Split::kObjectMedian}}) {
+  for (const Split& split :
+       {Split{"kd-sah", "kd-tree, SAH", "MacDonald & Booth 1990; ", BuildOptions::Split::kSah},
+        Split{"kd-spatial", "kd-tree, spatial median", "Kaplan 1985; ", BuildOptions::Split::kSpatialMedian},
+        Split{"kd-object", "kd-tree, object median", "Jansen 1986; ", BuildOptions::Split::kObjectMedian}}) {
     for (const KdWalk& walk : walks) {
       all.push_back({split.key + "/" + walk.key, split.name, walk.name, split.source + walk.source, true,
                      [split = split.split, walk](Workshop& w, double& seconds) -> std::shared_ptr<const Structure> {
@@ -67,7 +68,8 @@ std::vector<Technique> make_catalogue() {
       std::string both = source;
       if (!walk.source.empty() && walk.source != source) both += "; " + walk.source;
       all.push_back({key + "/" + walk.key, name, walk.name, both, false,
-                     [builder, slabs, traversal = walk.traversal](Workshop& w, double& seconds) -> std::shared_ptr<const Structure> {
+                     [builder, slabs, traversal = walk.traversal](Workshop& w,
+                                                                  double& seconds) -> std::shared_ptr<const Structure> {
                        return make_bvh(w.bvh(builder, slabs, seconds), traversal);
                      }});
     }

@@ -34,10 +34,10 @@ class Workshop {
 };
 
 struct Technique {
-  std::string key;        ///< unique, for machines: "kd-sah/stack"
-  std::string structure;  ///< "kd-tree, SAH"
-  std::string traversal;  ///< "stack"
-  std::string source;     ///< paper
+  std::string key;          ///< unique, for machines: "kd-sah/stack"
+  std::string structure;    ///< "kd-tree, SAH"
+  std::string traversal;    ///< "stack"
+  std::string source;       ///< paper
   bool duplicates = false;  ///< references may be duplicated: mailboxes are worth measuring
   std::function<std::shared_ptr<const Structure>(Workshop&, double& build_seconds)> make;
 };

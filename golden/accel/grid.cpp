@@ -1,11 +1,12 @@
-// Uniform grid with the 3D-DDA of Amanatides & Woo (A fast voxel traversal algorithm for ray tracing, Eurographics 1987).
-// Resolution either after Woo (Ray tracing polygons using spatial subdivision, Graphics Interface 1992: subdivide until a voxel holds about 20)
-// or after Pharr & Humphreys (Physically Based Rendering, 1st ed., section 4.3: 3 cbrt(N) along the longest side).
+// Uniform grid with the 3D-DDA of Amanatides & Woo (A fast voxel traversal algorithm for ray tracing, Eurographics
+// 1987). Resolution either after Woo (Ray tracing polygons using spatial subdivision, Graphics Interface 1992:
+// subdivide until a voxel holds about 20) or after Pharr & Humphreys (Physically Based Rendering, 1st ed., section 4.3:
+// 3 cbrt(N) along the longest side).
 //
-// A triangle is referenced from every voxel whose box, widened by kMargin, it touches (separating axes: Akenine-Moeller, JGT 2001).
-// A hit beyond the voxel is kept and the walk goes on: it ends in the voxel that contains the best hit, so nothing nearer is missed,
-// and a mailbox may drop the second test.
-// Layout for bytes: one 4-byte offset a voxel (two are read: begin and end), 4 bytes a reference.
+// A triangle is referenced from every voxel whose box, widened by kMargin, it touches (separating axes:
+// Akenine-Moeller, JGT 2001). A hit beyond the voxel is kept and the walk goes on: it ends in the voxel that contains
+// the best hit, so nothing nearer is missed, and a mailbox may drop the second test. Layout for bytes: one 4-byte
+// offset a voxel (two are read: begin and end), 4 bytes a reference.
 #include <cmath>
 
 #include "probe.hpp"
@@ -22,7 +23,8 @@ constexpr double kMaxVoxels = 64e6;   // 256 MB of offsets
 bool overlaps(const Triangle& triangle, const glm::dvec3& center, const glm::dvec3& half) {
   const glm::dvec3 v[3] = {triangle.vertices[0] - center, triangle.vertices[1] - center, triangle.vertices[2] - center};
   for (int a = 0; a < 3; ++a) {
-    if (std::min({v[0][a], v[1][a], v[2][a]}) > half[a] || std::max({v[0][a], v[1][a], v[2][a]}) < -half[a]) return false;
+    if (std::min({v[0][a], v[1][a], v[2][a]}) > half[a] || std::max({v[0][a], v[1][a], v[2][a]}) < -half[a])
+      return false;
   }
   const glm::dvec3 edges[3] = {v[1] - v[0], v[2] - v[1], v[0] - v[2]};
   const glm::dvec3 n = glm::cross(edges[0], edges[1]);
@@ -46,8 +48,10 @@ class Grid final : public Structure {
     const glm::dvec3 extent = set.box.extent();
     const double longest = std::max({extent.x, extent.y, extent.z});
     if (density == GridDensity::kPharr) {
-      const double per_unit = 3.0 * std::cbrt(static_cast<double>(std::max<std::size_t>(set.triangles.size(), 1))) / longest;
-      for (int a = 0; a < 3; ++a) n_[a] = std::clamp(static_cast<int>(std::lround(extent[a] * per_unit)), 1, kMaxResolution);
+      const double per_unit =
+          3.0 * std::cbrt(static_cast<double>(std::max<std::size_t>(set.triangles.size(), 1))) / longest;
+      for (int a = 0; a < 3; ++a)
+        n_[a] = std::clamp(static_cast<int>(std::lround(extent[a] * per_unit)), 1, kMaxResolution);
       fill();
     } else {
       n_ = glm::ivec3(1);
@@ -65,7 +69,8 @@ class Grid final : public Structure {
   bool duplicates_references() const override { return true; }
   std::size_t size() const override { return set_.triangles.size(); }
   Footprint footprint() const override {
-    return {.nodes = offsets_.size() * 4, .references = references_.size() * 4,
+    return {.nodes = offsets_.size() * 4,
+            .references = references_.size() * 4,
             .triangles = set_.triangles.size() * Probe::kTriangleStride};
   }
 
@@ -74,7 +79,8 @@ class Grid final : public Structure {
     Hit best = no_hit(ray);
     const ClippedRay clip(ray, set_.box);
     if (!clip.ok) return Hit{};
-    const std::uint64_t reference_base = offsets_.size() * 4, triangle_base = align(reference_base + references_.size() * 4);
+    const std::uint64_t reference_base = offsets_.size() * 4,
+                        triangle_base = align(reference_base + references_.size() * 4);
     glm::ivec3 cell, step, stop;
     glm::dvec3 next, delta;
     for (int a = 0; a < 3; ++a) {
@@ -97,7 +103,8 @@ class Grid final : public Structure {
       for (std::uint32_t r = offsets_[index]; r < offsets_[index + 1]; ++r) {
         probe.touch(reference_base + r * 4ull, 4);
         const std::uint32_t i = references_[r];
-        if (probe.test(ray, set_.triangles[i], i, triangle_base + i * std::uint64_t{Probe::kTriangleStride}, best) && ray.any)
+        if (probe.test(ray, set_.triangles[i], i, triangle_base + i * std::uint64_t{Probe::kTriangleStride}, best) &&
+            ray.any)
           return best;
       }
       const int axis = next.x <= next.y && next.x <= next.z ? 0 : next.y <= next.z ? 1 : 2;
@@ -124,8 +131,10 @@ class Grid final : public Structure {
     const Box b = triangle.box();
     glm::ivec3 lo, hi;
     for (int a = 0; a < 3; ++a) {
-      lo[a] = std::clamp(static_cast<int>(std::floor((b.lower[a] - kMargin - set_.box.lower[a]) / side_[a])), 0, n_[a] - 1);
-      hi[a] = std::clamp(static_cast<int>(std::floor((b.upper[a] + kMargin - set_.box.lower[a]) / side_[a])), 0, n_[a] - 1);
+      lo[a] =
+          std::clamp(static_cast<int>(std::floor((b.lower[a] - kMargin - set_.box.lower[a]) / side_[a])), 0, n_[a] - 1);
+      hi[a] =
+          std::clamp(static_cast<int>(std::floor((b.upper[a] + kMargin - set_.box.lower[a]) / side_[a])), 0, n_[a] - 1);
     }
     const bool single = lo == hi;
     const glm::dvec3 half = 0.5 * side_ + kMargin;
@@ -142,7 +151,8 @@ class Grid final : public Structure {
     offsets_.assign(voxels + 1, 0);
     std::uint64_t total = 0;
     for (const Triangle& t : set_.triangles) for_each_voxel(t, [&](std::size_t v) { ++offsets_[v + 1], ++total; });
-    if (total >= contract::kNoTriangle) throw Error("grid: more than 2^32 references; the scene needs another structure");
+    if (total >= contract::kNoTriangle)
+      throw Error("grid: more than 2^32 references; the scene needs another structure");
     for (std::size_t v = 0; v < voxels; ++v) offsets_[v + 1] += offsets_[v];
     references_.resize(offsets_[voxels]);
     std::vector<std::uint32_t> at(offsets_.begin(), offsets_.end() - 1);

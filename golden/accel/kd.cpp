@@ -1,11 +1,11 @@
-// kd-tree traversals over the project's memory image, in double precision. All read the same nodes, leaves and triangles; they differ in
-// how they find the next leaf:
+// kd-tree traversals over the project's memory image, in double precision. All read the same nodes, leaves and
+// triangles; they differ in how they find the next leaf:
 //   stack            MacDonald & Booth 1990; Havran's thesis 2000
-//   short stack      D. Horn, J. Sugerman, M. Houston, P. Hanrahan, Interactive k-d tree GPU raytracing, I3D 2007 (with push-down)
-//   restart, backtrack with boxes   T. Foley, J. Sugerman, KD-tree acceleration structures for a GPU raytracer, Graphics Hardware 2005
-//   backtrack by plane match, face links   this project's (docs/memory-image.md)
-// Bytes: 16 a node pair on the way down and up; leaf records 32 (count, references) or 64 where bounds or links are used; 4 a
-// reference beyond the inline ones; 48 a triangle; 24 a node box, which only the backtrack with boxes needs.
+//   short stack      D. Horn, J. Sugerman, M. Houston, P. Hanrahan, Interactive k-d tree GPU raytracing, I3D 2007 (with
+//   push-down) restart, backtrack with boxes   T. Foley, J. Sugerman, KD-tree acceleration structures for a GPU
+//   raytracer, Graphics Hardware 2005 backtrack by plane match, face links   this project's (docs/memory-image.md)
+// Bytes: 16 a node pair on the way down and up; leaf records 32 (count, references) or 64 where bounds or links are
+// used; 4 a reference beyond the inline ones; 48 a triangle; 24 a node box, which only the backtrack with boxes needs.
 #include "kd.hpp"
 
 #include <algorithm>
@@ -15,7 +15,8 @@ namespace retrace::accel {
 KdTree::KdTree(const MemoryImage& image, const TriangleSet& set) {
   const contract::HeaderRecord& header = image.header();
   constexpr std::uint64_t line = MemoryImage::kLineWords * 8;
-  pair_base_ = header.pair_offset * line, leaf_base_ = header.leaf_offset * line, list_base_ = header.list_offset * line;
+  pair_base_ = header.pair_offset * line, leaf_base_ = header.leaf_offset * line,
+  list_base_ = header.list_offset * line;
   triangle_base_ = header.triangle_offset * line, box_base_ = header.lines * line;
   for (int a = 0; a < 3; ++a) {
     box_.lower[a] = static_cast<std::int32_t>(header.box[2 * a]) * 0x1p-24;
@@ -59,8 +60,10 @@ KdTree::KdTree(const MemoryImage& image, const TriangleSet& set) {
 Footprint KdTree::footprint(bool boxes) const {
   std::uint64_t list = 0;
   for (const Leaf& leaf : leaves_) list += leaf.count > contract::kLeafInline ? leaf.count - contract::kLeafInline : 0;
-  return {.nodes = parents_.size() * 16 + (boxes ? nodes_.size() * 24 : 0), .leaves = leaves_.size() * 64,
-          .references = list * 4, .triangles = triangles_.size() * Probe::kTriangleStride};
+  return {.nodes = parents_.size() * 16 + (boxes ? nodes_.size() * 24 : 0),
+          .leaves = leaves_.size() * 64,
+          .references = list * 4,
+          .triangles = triangles_.size() * Probe::kTriangleStride};
 }
 
 std::shared_ptr<const KdTree> decode_kd(const MemoryImage& image, const TriangleSet& set) {
@@ -76,7 +79,8 @@ struct Walk {
   const Ray& ray;
   glm::dvec3 inverse;
   double t_plane(int axis, double plane) const { return (plane - ray.origin[axis]) * inverse[axis]; }
-  /// The child the ray meets first: 0 left, 1 right. With d = 0 the one that holds the ray; a ray in the plane counts as right.
+  /// The child the ray meets first: 0 left, 1 right. With d = 0 the one that holds the ray; a ray in the plane counts
+  /// as right.
   int near_side(const KdTree::Node& n) const {
     const double d = ray.direction[n.axis];
     return d > 0.0 ? 0 : d < 0.0 ? 1 : ray.origin[n.axis] < n.split ? 0 : 1;
@@ -153,8 +157,10 @@ class StackWalk final : public KdStructure {
           } else if (mode_ == Mode::kShort) {
             stack[top] = far;
             top = (top + 1) % entries_;
-            if (held == static_cast<std::uint32_t>(entries_)) lost = true;
-            else ++held;
+            if (held == static_cast<std::uint32_t>(entries_))
+              lost = true;
+            else
+              ++held;
           } else {
             lost = true;
           }
@@ -229,7 +235,8 @@ class LinkWalk final : public KdStructure {
       int face;
       const double t_exit = walk.exit(leaf.bound.data(), face);
       if (best.t <= t_exit || face < 0) break;
-      if (t_exit < t) throw Error("kd-backtrack: a cell ends before it begins; bounds and planes of the image contradict each other");
+      if (t_exit < t)
+        throw Error("kd-backtrack: a cell ends before it begins; bounds and planes of the image contradict each other");
       t = t_exit;
       if (mode_ == KdTraversal::kFaceLinks) {
         node = leaf.link[face];
@@ -288,12 +295,15 @@ class LinkWalk final : public KdStructure {
 
 std::unique_ptr<Structure> make_kd(std::shared_ptr<const KdTree> tree, KdTraversal traversal, int entries) {
   switch (traversal) {
-    case KdTraversal::kStack: return std::make_unique<StackWalk>(std::move(tree), StackWalk::Mode::kFull, 0);
-    case KdTraversal::kRestart: return std::make_unique<StackWalk>(std::move(tree), StackWalk::Mode::kRestart, 0);
+    case KdTraversal::kStack:
+      return std::make_unique<StackWalk>(std::move(tree), StackWalk::Mode::kFull, 0);
+    case KdTraversal::kRestart:
+      return std::make_unique<StackWalk>(std::move(tree), StackWalk::Mode::kRestart, 0);
     case KdTraversal::kShortStack:
       if (entries < 1 || entries > 64) throw std::invalid_argument("short stack of 1 to 64 entries");
       return std::make_unique<StackWalk>(std::move(tree), StackWalk::Mode::kShort, entries);
-    default: return std::make_unique<LinkWalk>(std::move(tree), traversal);
+    default:
+      return std::make_unique<LinkWalk>(std::move(tree), traversal);
   }
 }
 

@@ -44,7 +44,8 @@ class KdTree {
     for (std::uint32_t i = 0; i < leaf.count; ++i) {
       if (i >= contract::kLeafInline) probe.touch(list_base_ + (leaf.list_base + i - contract::kLeafInline) * 4ull, 4);
       const std::uint32_t t = references_[leaf.first + i];
-      if (probe.test(ray, triangles_[t], t, triangle_base_ + t * std::uint64_t{Probe::kTriangleStride}, best) && ray.any)
+      if (probe.test(ray, triangles_[t], t, triangle_base_ + t * std::uint64_t{Probe::kTriangleStride}, best) &&
+          ray.any)
         return true;
     }
     return false;

@@ -12,7 +12,7 @@
 namespace retrace::accel {
 
 /// Mailbox (Arnaldi et al. 1987; Amanatides & Woo 1987): what a ray has already tested it does not test again.
-/// `entries` < 0: exact, one stamp a triangle; 0: none; 2..64: a direct-mapped table per ray, indexed by the low bits of the
+/// `entries` < 0: exact, one stamp a triangle; 0: none; 2..64: a direct-mapped table per ray, indexed by a hash of the
 /// triangle's number, which is what a hardware context can afford.
 class Mailbox {
  public:
@@ -26,7 +26,7 @@ class Mailbox {
   /// True if the triangle was tested before and the mailbox still knows; otherwise enters it.
   bool seen(std::uint32_t triangle) {
     if (entries_ == 0) return false;
-    std::uint32_t& slot = entries_ < 0 ? stamps_[triangle] : table_[triangle & mask_];
+    std::uint32_t& slot = entries_ < 0 ? stamps_[triangle] : table_[fold(triangle) & mask_];
     const std::uint32_t mark = entries_ < 0 ? ray_ : triangle;
     if (slot == mark) return true;
     slot = mark;
@@ -34,13 +34,17 @@ class Mailbox {
   }
 
  private:
+  /// Exclusive or of 6-bit groups: three gates deep. Plain low bits alias where a mesh has rows of a power of two.
+  static std::uint32_t fold(std::uint32_t x) { return x ^ x >> 6 ^ x >> 12 ^ x >> 18; }
+
   int entries_ = 0;
   std::uint32_t mask_ = 0, ray_ = 0;
   std::array<std::uint32_t, 64> table_{};
   std::vector<std::uint32_t> stamps_;
 };
 
-/// Lines (64 bytes) that rays touch, ray by ray. Consecutive touches of one line by one ray are kept: they are accesses.
+/// Lines (64 bytes) that rays touch, ray by ray. Consecutive touches of one line by one ray are kept: they are
+/// accesses.
 class AccessLog {
  public:
   static constexpr int kLineShift = 6;

@@ -22,12 +22,12 @@ std::unique_ptr<Structure> make_grid(const TriangleSet& set, GridDensity density
 
 // ---------------------------------------------------------------------------- kd-tree, over the memory image (kd.cpp)
 enum class KdTraversal {
-  kStack,          ///< near child first, far child on a stack
-  kShortStack,     ///< the same with few entries; restarts when an entry was lost (Horn et al. 2007)
-  kRestart,        ///< from the root after every leaf (Foley & Sugerman 2005)
-  kBacktrackBoxes, ///< up by parent links to the first node whose box the ray has not left (Foley & Sugerman 2005)
-  kBacktrackPlane, ///< up by parent links to the ancestor whose split is the plane the ray left through
-  kFaceLinks,      ///< straight to that ancestor's far child, by a link of the leaf
+  kStack,           ///< near child first, far child on a stack
+  kShortStack,      ///< the same with few entries; restarts when an entry was lost (Horn et al. 2007)
+  kRestart,         ///< from the root after every leaf (Foley & Sugerman 2005)
+  kBacktrackBoxes,  ///< up by parent links to the first node whose box the ray has not left (Foley & Sugerman 2005)
+  kBacktrackPlane,  ///< up by parent links to the ancestor whose split is the plane the ray left through
+  kFaceLinks,       ///< straight to that ancestor's far child, by a link of the leaf
 };
 class KdTree;
 /// Decodes the image of the same scene once; traversals share it.
@@ -35,11 +35,12 @@ std::shared_ptr<const KdTree> decode_kd(const MemoryImage& image, const Triangle
 /// `entries`: of the short stack, at least 1.
 std::unique_ptr<Structure> make_kd(std::shared_ptr<const KdTree> tree, KdTraversal traversal, int entries = 0);
 
-// --------------------------------------------------------------------------------- bounding volume hierarchies (bvh*.cpp)
+// --------------------------------------------------------------------------------- bounding volume hierarchies
+// (bvh*.cpp)
 enum class BvhBuilder {
-  kBinnedSah,       ///< bvh_binned_sah.cpp, Wald 2007
-  kKayKajiya,       ///< bvh_kay_kajiya.cpp, median cut, one triangle a leaf, 1986
-  kGoldsmithSalmon, ///< bvh_goldsmith_salmon.cpp, incremental insertion, 1987
+  kBinnedSah,        ///< bvh_binned_sah.cpp, Wald 2007
+  kKayKajiya,        ///< bvh_kay_kajiya.cpp, median cut, one triangle a leaf, 1986
+  kGoldsmithSalmon,  ///< bvh_goldsmith_salmon.cpp, incremental insertion, 1987
 };
 enum class BvhTraversal {
   kStack,      ///< ordered by entry distance

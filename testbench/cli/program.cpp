@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "testbench/cli/commands.hpp"
+#include "testbench/lab/lab.hpp"
 
 namespace retrace::cli {
 namespace {
@@ -51,6 +52,7 @@ int run(int argc, const char* const* argv) {
   add_info(app, program);
   add_make_scene(app, program);
   add_bench(app, program);
+  lab::register_lab(app);
 
   // Callbacks run inside parse(), after all options of the subcommand are known.
   std::unique_ptr<tbb::global_control> limit;

@@ -1,5 +1,6 @@
-// Every structure and traversal of the lab returns, bit for bit, what brute force returns with the same triangle test, on rays that look for
-// trouble; mailboxes change the work and nothing else; and the counts stand in the order they must.
+// Every structure and traversal of the lab returns, bit for bit, what brute force returns with the same triangle test,
+// on rays that look for trouble; mailboxes change the work and nothing else; and the counts stand in the order they
+// must.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -24,7 +25,8 @@ std::vector<Ray> rays_for(const GridScene& scene, std::size_t count, Random& ran
 }
 
 /// Bit for bit for closest-hit rays; for occlusion, the same answer and a hit that is one.
-void expect_same(const Ray& ray, const Hit& expected, const Hit& hit, const TriangleSet& set, const std::string& where) {
+void expect_same(const Ray& ray, const Hit& expected, const Hit& hit, const TriangleSet& set,
+                 const std::string& where) {
   if (!ray.any) {
     EXPECT_EQ(expected.id, hit.id) << where;
     EXPECT_EQ(expected.t, hit.t) << where;
@@ -59,7 +61,8 @@ TEST(Structures, EqualBruteForce) {
         if (technique.key == "brute-force") {
           expected.push_back(hit);
         } else {
-          expect_same(rays[i], expected[i], hit, workshop.set(), s.name + ", " + technique.key + ", ray " + std::to_string(i));
+          expect_same(rays[i], expected[i], hit, workshop.set(),
+                      s.name + ", " + technique.key + ", ray " + std::to_string(i));
         }
         if (HasFailure()) return;
       }
@@ -90,7 +93,8 @@ TEST(Structures, MailboxesOnlySaveTests) {
     for (const int entries : {2, 4, 8, 16, 32, 64, Mailbox::kExact}) {
       Probe probe(Mailbox(entries, structure->size()));
       for (std::size_t i = 0; i < rays.size(); ++i)
-        ASSERT_EQ(expected[i], structure->trace(rays[i], probe)) << technique.key << ", mailbox " << entries << ", ray " << i;
+        ASSERT_EQ(expected[i], structure->trace(rays[i], probe))
+            << technique.key << ", mailbox " << entries << ", ray " << i;
       EXPECT_EQ(plain.work.tests, probe.work.tests + probe.work.skipped) << technique.key << ", mailbox " << entries;
       EXPECT_EQ(plain.work.visits(), probe.work.visits());
       EXPECT_LE(probe.work.tests, fewer) << technique.key << ", mailbox " << entries;
@@ -102,7 +106,8 @@ TEST(Structures, MailboxesOnlySaveTests) {
   }
 }
 
-/// An exact mailbox never lets a triangle be tested twice by one ray: the number of tests equals that of distinct triangles.
+/// An exact mailbox never lets a triangle be tested twice by one ray: the number of tests equals that of distinct
+/// triangles.
 TEST(Structures, ExactMailboxTestsEveryTriangleOnce) {
   const std::uint64_t seed = test_seed();
   SCOPED_TRACE("RETRACE_SEED=" + std::to_string(seed));
@@ -169,7 +174,8 @@ TEST(KdTraversals, WorkStandsInOrder) {
     for (const auto& [name, w] : work) total[name] += w;
   }
   // A single ray may gain by a shorter stack: an early restart pushes the restart node down. Many rays do not.
-  for (int n = 1; n < 8; ++n) EXPECT_GE(total["short" + std::to_string(n)].down, total["short" + std::to_string(n + 1)].down) << n;
+  for (int n = 1; n < 8; ++n)
+    EXPECT_GE(total["short" + std::to_string(n)].down, total["short" + std::to_string(n + 1)].down) << n;
   EXPECT_GT(total["restart"].down, total["stack"].down);
   EXPECT_GT(total["plane"].up, 0u);
 }
@@ -213,8 +219,10 @@ TEST(TriangleTest, ClosedMeshIsTight) {
   Probe probe;
   std::size_t escaped = 0;
   for (int k = 0; k < 10; ++k) {
-    const GridPoint origin{random.integer(-1 << 21, 1 << 21), random.integer(-1 << 21, 1 << 21), random.integer(-1 << 21, 1 << 21)};
-    for (const GridRay& ray : make_edge_rays(scene, origin, 10000, random)) escaped += !structure->trace(from_grid(ray), probe).hit();
+    const GridPoint origin{random.integer(-1 << 21, 1 << 21), random.integer(-1 << 21, 1 << 21),
+                           random.integer(-1 << 21, 1 << 21)};
+    for (const GridRay& ray : make_edge_rays(scene, origin, 10000, random))
+      escaped += !structure->trace(from_grid(ray), probe).hit();
   }
   EXPECT_EQ(escaped, 0u);
 }
@@ -228,14 +236,14 @@ TEST(TriangleTest, KnownHits) {
     Hit h = no_hit(ray);
     return intersect(ray, t, h);
   };
-  EXPECT_TRUE(hits({{0.25, 0.5, 2}, {0, 0, -2}}));              // from behind; t in lengths of the direction
-  EXPECT_TRUE(hits({{0, 0, 0}, {0, 0, 1}}));                    // a vertex counts
-  EXPECT_TRUE(hits({{0.5, 0.5, 0}, {0, 0, 1}}));                // an edge counts
-  EXPECT_TRUE(hits({{0.25, 0.25, 0}, {0, 0, 1}, 1.0}));         // t_max counts
+  EXPECT_TRUE(hits({{0.25, 0.5, 2}, {0, 0, -2}}));       // from behind; t in lengths of the direction
+  EXPECT_TRUE(hits({{0, 0, 0}, {0, 0, 1}}));             // a vertex counts
+  EXPECT_TRUE(hits({{0.5, 0.5, 0}, {0, 0, 1}}));         // an edge counts
+  EXPECT_TRUE(hits({{0.25, 0.25, 0}, {0, 0, 1}, 1.0}));  // t_max counts
   EXPECT_FALSE(hits({{0.25, 0.25, 0}, {0, 0, 1}, 0.999}));
-  EXPECT_FALSE(hits({{0.25, 0.25, 2}, {0, 0, 1}}));             // behind the origin
+  EXPECT_FALSE(hits({{0.25, 0.25, 2}, {0, 0, 1}}));  // behind the origin
   EXPECT_FALSE(hits({{0.6, 0.6, 0}, {0, 0, 1}}));
-  EXPECT_FALSE(hits({{-1, 0.25, 1}, {1, 0, 0}}));               // in the plane
+  EXPECT_FALSE(hits({{-1, 0.25, 1}, {1, 0, 0}}));  // in the plane
   Hit tie = best;
   EXPECT_FALSE(intersect({{0.25, 0.5, 0}, {0, 0, 1}}, {t.vertices, 8}, tie));  // equal t: the lowest id stays
   EXPECT_TRUE(intersect({{0.25, 0.5, 0}, {0, 0, 1}}, {t.vertices, 6}, tie));
@@ -245,7 +253,8 @@ TEST(Grid, HitBeyondTheVoxelIsNotTakenEarly) {
   // A large triangle is referenced from the first voxel but hit far behind; a small one in between is nearer.
   Soup soup{{glm::dvec3{0, -4, -4}, glm::dvec3{8, -4, 12}, glm::dvec3{8, 12, -4}},
             {glm::dvec3{1, -0.1, -0.1}, glm::dvec3{1, 0.1, -0.1}, glm::dvec3{1, 0, 0.1}}};
-  for (int i = 0; i < 60; ++i) soup.push_back({glm::dvec3{0.1 * i, 7, 7}, glm::dvec3{0.1 * i, 7.1, 7}, glm::dvec3{0.1 * i, 7, 7.1}});
+  for (int i = 0; i < 60; ++i)
+    soup.push_back({glm::dvec3{0.1 * i, 7, 7}, glm::dvec3{0.1 * i, 7.1, 7}, glm::dvec3{0.1 * i, 7, 7.1}});
   const GridScene scene = snap_soup(soup);
   const TriangleSet set = from_grid(scene);
   WorldRay world;

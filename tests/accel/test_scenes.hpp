@@ -65,7 +65,8 @@ inline std::vector<NamedScene> small_scenes(Random& random) {
   add("needles", [&] {
     Soup soup;
     for (int i = 0; i < 200; ++i) {
-      const glm::dvec3 a{random.real(-1, 1), random.real(-1, 1), random.real(-1, 1)}, d{random.real(-1, 1), random.real(-1, 1), 1};
+      const glm::dvec3 a{random.real(-1, 1), random.real(-1, 1), random.real(-1, 1)},
+          d{random.real(-1, 1), random.real(-1, 1), 1};
       soup.push_back({a, a + d, a + d * 0.5 + glm::dvec3{1e-5, -2e-5, 1e-6}});
     }
     return soup;
