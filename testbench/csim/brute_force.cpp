@@ -1,5 +1,6 @@
 #include "brute_force.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -9,7 +10,8 @@ namespace retrace {
 namespace {
 
 constexpr std::size_t kChunk = 1024;
-// Float rows and rays are good to 2^-22 and values stay below 8, so 1e-4 is far more than the float test can be wrong by.
+// Float rows and rays are good to 2^-22 and values stay below 8, so 1e-4 is far more than the float test can be wrong
+// by.
 constexpr float kMargin = 1e-4f;
 
 struct FloatRay {
@@ -62,9 +64,13 @@ BruteForce::BruteForce(const MemoryImage& image) {
   }
 }
 
-BruteForce::Result BruteForce::trace(const contract::RayRecord& ray) const {
-  const auto position = [](std::int32_t code) { return static_cast<float>(std::ldexp(code, -contract::kPositionFrac)); };
-  const auto direction = [](std::int32_t code) { return static_cast<float>(std::ldexp(code, -contract::kDirectionFrac)); };
+BruteForce::Result BruteForce::trace(const contract::RayRecord& ray, std::span<const std::uint32_t> without) const {
+  const auto position = [](std::int32_t code) {
+    return static_cast<float>(std::ldexp(code, -contract::kPositionFrac));
+  };
+  const auto direction = [](std::int32_t code) {
+    return static_cast<float>(std::ldexp(code, -contract::kDirectionFrac));
+  };
   const FloatRay fast{position(ray.origin[0]),     position(ray.origin[1]),     position(ray.origin[2]),
                       direction(ray.direction[0]), direction(ray.direction[1]), direction(ray.direction[2])};
   Result best;
@@ -92,6 +98,7 @@ BruteForce::Result BruteForce::trace(const contract::RayRecord& ray) const {
       in.id = t.id;
       const auto hit = reference::tri_test(in);
       if (!hit.hit || hit.t > best.t || (hit.t == best.t && hit.id >= best.id)) continue;
+      if (std::find(without.begin(), without.end(), hit.id) != without.end()) continue;
       best = {true, hit.t, hit.id, hit.dz};
     }
   }

@@ -20,7 +20,8 @@ constexpr std::size_t kBlock = 4096;  // rays a kernel run
 static_assert(sizeof(word_t) == 16, "C simulation maps memory words onto ap_uint<128>");
 static_assert(kCsimMailbox == RETRACE_MAILBOX);
 
-/// The image is handed to the kernel without a copy; this checks that ap_uint<128> is two little-endian 64-bit words here.
+/// The image is handed to the kernel without a copy; this checks that ap_uint<128> is two little-endian 64-bit words
+/// here.
 void check_word_layout() {
   const std::array<std::uint64_t, 2> raw{0x0123456789abcdefull, 0xfedcba9876543210ull};
   word_t word = raw[1];
@@ -44,7 +45,8 @@ class Simulation final : public CsimEngine {
       throw Error("csim engine: sizes of rays, hits and work differ");
     if (options.way_up == WayUp::kStack) throw Error("csim engine: the kernel has no stack; use parent or face links");
     if (options.mailbox != 0 && options.mailbox != kCsimMailbox)
-      throw Error("csim engine: the kernel's mailbox has " + std::to_string(kCsimMailbox) + " entries, or 0 to leave it off");
+      throw Error("csim engine: the kernel's mailbox has " + std::to_string(kCsimMailbox) +
+                  " entries, or 0 to leave it off");
     raw_hits_.assign(2 * rays.size(), 0);
     tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
     arena.execute([&] {
@@ -77,8 +79,8 @@ class Simulation final : public CsimEngine {
     if (options.way_up == WayUp::kParentLinks) bits |= RETRACE_OPTION_PARENT_LINKS;
     if (options.mailbox != 0) bits |= RETRACE_OPTION_MAILBOX;
     retrace_trace(image, image, image, image, reinterpret_cast<const word_t*>(ray_words.data()),
-                  reinterpret_cast<word_t*>(hit_words.data()), reinterpret_cast<word_t*>(work_words.data()), summary.data(),
-                  image_.size() / MemoryImage::kLineWords, inside.size(), bits);
+                  reinterpret_cast<word_t*>(hit_words.data()), reinterpret_cast<word_t*>(work_words.data()),
+                  summary.data(), image_.size() / MemoryImage::kLineWords, inside.size(), bits);
     if (const auto fault = summary[kSummaryStatus].to_uint(); fault != kFaultNone)
       throw Error(fault == kFaultHeader ? "csim engine: the image's magic or version is wrong"
                                         : "csim engine: a section of the image lies outside it");

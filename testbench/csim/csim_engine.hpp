@@ -13,7 +13,8 @@ struct CsimTotals {
 
 class CsimEngine : public Engine {
  public:
-  /// The kernel's own view of the last trace(): hit records exactly as written, two 64-bit words a ray (0 for rays marked outside).
+  /// The kernel's own view of the last trace(): hit records exactly as written, two 64-bit words a ray (0 for rays
+  /// marked outside).
   virtual std::span<const std::uint64_t> raw_hits() const = 0;
   virtual CsimTotals totals() const = 0;
 };

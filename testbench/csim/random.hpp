@@ -1,4 +1,5 @@
-// Random numbers of the tests: one generator, one seed, printed where a check fails. RETRACE_SEED overrides the default.
+// Random numbers of the tests: one generator, one seed, printed where a check fails. RETRACE_SEED overrides the
+// default.
 #pragma once
 #include <cstdint>
 #include <cstdlib>
@@ -16,7 +17,9 @@ class Random {
   explicit Random(std::uint64_t seed) : engine_(seed) {}
   std::uint64_t bits() { return engine_(); }
   /// Uniform in 0 .. count - 1.
-  std::uint64_t below(std::uint64_t count) { return static_cast<std::uint64_t>((static_cast<unsigned __int128>(bits()) * count) >> 64); }
+  std::uint64_t below(std::uint64_t count) {
+    return static_cast<std::uint64_t>((static_cast<unsigned __int128>(bits()) * count) >> 64);
+  }
   bool chance(unsigned one_in) { return below(one_in) == 0; }
   /// Uniform in [low, high).
   double real(double low, double high) { return low + (high - low) * (static_cast<double>(bits() >> 11) * 0x1p-53); }

@@ -1,5 +1,5 @@
-// Every stage once more, in plain 64- and 128-bit integers, written from docs/number-contract.md and independent of the kernels:
-// what the C-simulation testbenches compare with. Host compiler only.
+// Every stage once more, in plain 64- and 128-bit integers, written from docs/number-contract.md and independent of the
+// kernels: what the C-simulation testbenches compare with. Host compiler only.
 #pragma once
 #include <algorithm>
 #include <array>

@@ -122,7 +122,8 @@ contract::LeafExitInRecord leaf_exit_vector(Random& random) {
     in.bound[2 * twin + 1] = in.bound[1];
   }
   const auto exit = reference::leaf_exit(in);
-  if (random.chance(2)) in.t = static_cast<std::int32_t>(reference::wrap(exit.t_exit + random.integer(-1, 1), contract::kTBits));
+  if (random.chance(2))
+    in.t = static_cast<std::int32_t>(reference::wrap(exit.t_exit + random.integer(-1, 1), contract::kTBits));
   return in;
 }
 
@@ -190,7 +191,8 @@ contract::TriTestInRecord tri_test_vector(Random& random) {
   length = std::max(std::sqrt(length), 1e-9);
   constexpr double kUnit = 1 << contract::kDirectionFrac;
   for (int axis = 0; axis < 3; ++axis)
-    in.direction[axis] = static_cast<std::int32_t>(std::clamp(std::floor(d[axis] / length * kUnit + 0.5), -kUnit, kUnit - 1));
+    in.direction[axis] =
+        static_cast<std::int32_t>(std::clamp(std::floor(d[axis] / length * kUnit + 0.5), -kUnit, kUnit - 1));
   return in;
 }
 

@@ -1,5 +1,5 @@
-// Input vectors of the stages, random and directed at the rounding and saturation boundaries of the contract; the same for C
-// simulation and for the RTL.
+// Input vectors of the stages, random and directed at the rounding and saturation boundaries of the contract; the same
+// for C simulation and for the RTL.
 #pragma once
 #include "golden/scene/contract_records.hpp"
 #include "random.hpp"

@@ -42,7 +42,8 @@ Record from_word(const Word& bits) {
 template <typename Record>
 void print(const char* title, Record record) {
   std::printf("  %s\n", title);
-  record.visit([](const char* name, auto value, int) { std::printf("    %-12s %" PRId64 "\n", name, std::int64_t(value)); });
+  record.visit(
+      [](const char* name, auto value, int) { std::printf("    %-12s %" PRId64 "\n", name, std::int64_t(value)); });
 }
 
 template <typename InWord, typename OutWord, typename Vector, typename Reference>

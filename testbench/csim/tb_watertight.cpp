@@ -1,6 +1,6 @@
-// C-simulation testbench: no ray from inside a closed mesh gets out. Rays are aimed at edges and vertices, where a test that loses a
-// bit too many would let them through.
-// usage: tb_watertight [SCENE [SEED [RAYS]]]; SCENE is a closed mesh (sphere, knot) or a closed room with its camera inside.
+// C-simulation testbench: no ray from inside a closed mesh gets out. Rays are aimed at edges and vertices, where a test
+// that loses a bit too many would let them through. usage: tb_watertight [SCENE [SEED [RAYS]]]; SCENE is a closed mesh
+// (sphere, knot) or a closed room with its camera inside.
 #include <cinttypes>
 #include <cstdio>
 #include <cstdlib>
@@ -26,7 +26,8 @@ GridPoint behind_triangle(const GridScene& grid, Random& random) {
     const glm::dvec3 p = (a + b + c) / 3.0 - normal * kDepth;
     const GridPoint code(p);
     bool inside = true;
-    for (int axis = 0; axis < 3; ++axis) inside = inside && code[axis] > grid.box[2 * axis] && code[axis] < grid.box[2 * axis + 1];
+    for (int axis = 0; axis < 3; ++axis)
+      inside = inside && code[axis] > grid.box[2 * axis] && code[axis] < grid.box[2 * axis + 1];
     if (inside) return code;
   }
 }
@@ -44,7 +45,8 @@ int run(const char* name, std::uint64_t seed, std::size_t count) {
   std::uint64_t escaped = 0, traced = 0;
   constexpr std::size_t kPerOrigin = 4096;
   while (traced < count) {
-    const GridPoint origin = room ? GridPoint(eye * static_cast<double>(1 << contract::kPositionFrac)) : behind_triangle(grid, random);
+    const GridPoint origin =
+        room ? GridPoint(eye * static_cast<double>(1 << contract::kPositionFrac)) : behind_triangle(grid, random);
     const auto rays = make_edge_rays(grid, origin, std::min<std::size_t>(kPerOrigin * 16, count - traced), random);
     std::vector<Hit> hits(rays.size());
     TraceOptions options;
@@ -54,13 +56,14 @@ int run(const char* name, std::uint64_t seed, std::size_t count) {
       if (hits[i].hit()) continue;
       const auto& r = rays[i].record;
       if (++escaped < 10)
-        std::printf("  escaped: seed %" PRIu64 " origin %d %d %d direction %d %d %d status %u\n", seed, r.origin[0], r.origin[1],
-                    r.origin[2], r.direction[0], r.direction[1], r.direction[2], hits[i].status);
+        std::printf("  escaped: seed %" PRIu64 " origin %d %d %d direction %d %d %d status %u\n", seed, r.origin[0],
+                    r.origin[1], r.origin[2], r.direction[0], r.direction[1], r.direction[2], hits[i].status);
     }
     traced += rays.size();
   }
-  std::printf("%-16s %8zu triangles %9" PRIu64 " rays from inside at edges and vertices, seed %" PRIu64 ": %" PRIu64 " escaped\n", name,
-              grid.triangles.size(), traced, seed, escaped);
+  std::printf("%-16s %8zu triangles %9" PRIu64 " rays from inside at edges and vertices, seed %" PRIu64 ": %" PRIu64
+              " escaped\n",
+              name, grid.triangles.size(), traced, seed, escaped);
   return escaped == 0 ? 0 : 1;
 }
 

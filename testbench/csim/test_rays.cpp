@@ -18,7 +18,8 @@ glm::dvec3 unit_vector(Random& random) {
 
 class Maker {
  public:
-  Maker(const GridScene& scene, const MemoryImage* image, Random& random) : scene_(scene), image_(image), random_(random) {}
+  Maker(const GridScene& scene, const MemoryImage* image, Random& random)
+      : scene_(scene), image_(image), random_(random) {}
 
   GridPoint inside() {
     GridPoint p;
@@ -120,7 +121,8 @@ class Maker {
 
 }  // namespace
 
-std::vector<GridRay> make_test_rays(const GridScene& scene, const MemoryImage& image, std::size_t count, Random& random) {
+std::vector<GridRay> make_test_rays(const GridScene& scene, const MemoryImage& image, std::size_t count,
+                                    Random& random) {
   Maker maker(scene, &image, random);
   std::vector<GridRay> rays;
   rays.reserve(count);
@@ -133,11 +135,13 @@ std::vector<GridRay> make_test_rays(const GridScene& scene, const MemoryImage& i
   return rays;
 }
 
-std::vector<GridRay> make_edge_rays(const GridScene& scene, const GridPoint& origin, std::size_t count, Random& random) {
+std::vector<GridRay> make_edge_rays(const GridScene& scene, const GridPoint& origin, std::size_t count,
+                                    Random& random) {
   Maker maker(scene, nullptr, random);
   std::vector<GridRay> rays;
   rays.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) rays.push_back(maker.at(origin, i % 4 == 0 ? maker.vertex() : maker.edge_point()));
+  for (std::size_t i = 0; i < count; ++i)
+    rays.push_back(maker.at(origin, i % 4 == 0 ? maker.vertex() : maker.edge_point()));
   return rays;
 }
 

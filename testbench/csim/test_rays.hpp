@@ -22,7 +22,8 @@ enum class RayKind {
 };
 
 /// `count` rays of all kinds; a part of them any-hit or with a short t_max. `image` must belong to `scene`.
-std::vector<GridRay> make_test_rays(const GridScene& scene, const MemoryImage& image, std::size_t count, Random& random);
+std::vector<GridRay> make_test_rays(const GridScene& scene, const MemoryImage& image, std::size_t count,
+                                    Random& random);
 
 /// Rays from `origin` (codes) at points of edges and at vertices of triangles drawn at random.
 std::vector<GridRay> make_edge_rays(const GridScene& scene, const GridPoint& origin, std::size_t count, Random& random);
