@@ -15,10 +15,15 @@ dirs=()
 for dir in rtl/lib rtl/stages rtl/cache rtl/top; do
   if [ -d "$dir" ]; then dirs+=("$dir"); fi
 done
-packages=(rtl/pkg/rt_contract_pkg.sv rtl/lib/rt_lib_pkg.sv)
-for package in rtl/stages/*_pkg.sv rtl/cache/*_pkg.sv rtl/top/*_pkg.sv; do
-  if [ -f "$package" ]; then packages+=("$package"); fi
-done
+# A folder reads packages of its own and of the folders before it.
+packages_of() {
+  echo rtl/pkg/rt_contract_pkg.sv
+  local dir
+  for dir in "${dirs[@]}"; do
+    find "$dir" -name '*_pkg.sv' | sort
+    if [ "$dir" = "$(dirname "$1")" ]; then break; fi
+  done
+}
 modules=("$@")
 if ((${#modules[@]} == 0)); then
   for file in $(find "${dirs[@]}" -name 'rt_*.sv' ! -name '*_pkg.sv' | sort); do modules+=("$(basename "$file" .sv)"); done
@@ -27,8 +32,12 @@ fi
 failed=0
 includes=()
 for dir in "${dirs[@]}"; do includes+=(-y "$dir" "+incdir+$dir"); done
+tasks=()
 for module in "${modules[@]}"; do
-  if ! verilator --lint-only -Wall --assert "${includes[@]}" rtl/waivers.vlt "${packages[@]}" "$(find "${dirs[@]}" -name "$module.sv")" \
+  file=$(find "${dirs[@]}" -name "$module.sv")
+  mapfile -t packages < <(packages_of "$file")
+  tasks+=("$module ${packages[*]} $file")
+  if ! verilator --lint-only -Wall --assert "${includes[@]}" rtl/waivers.vlt "${packages[@]}" "$file" \
     --top-module "$module"; then
     echo "rtl_lint: verilator finds fault with $module" >&2
     failed=1
@@ -37,19 +46,17 @@ done
 
 python=${RETRACE_PYTHON:-.env/py/bin/python}
 if "$python" -c 'import pyosys' 2>/dev/null; then
-  "$python" - "${packages[@]}" -- "${modules[@]}" <<'PYTHON' || failed=1
+  "$python" - "${tasks[@]}" <<'PYTHON' || failed=1
 import os
 import subprocess
 import sys
 
-split = sys.argv.index("--")
-packages, modules = sys.argv[1:split], sys.argv[split + 1:]
-files = [os.path.join(d, f) for d, _, names in os.walk("rtl") for f in sorted(names)
-         if f.endswith(".sv") and not f.endswith("_pkg.sv")]
+folders = "-y rtl/lib -y rtl/stages -y rtl/cache -y rtl/top"
 bad = 0
-for module in modules:
+for task in sys.argv[1:]:
+    module, files = task.split(" ", 1)
     script = "; ".join([
-        "read_slang -j 1 --top %s -I rtl/lib %s %s" % (module, " ".join(packages), " ".join(files)),
+        "read_slang -j 1 --top %s -I rtl/lib %s %s" % (module, folders, files),
         "hierarchy -check -top " + module, "proc", "flatten", "opt_clean", "check -assert", "select -assert-none t:$dlatch t:$adlatch"])
     program = "from pyosys import libyosys as ys; d = ys.Design(); [ys.run_pass(c, d) for c in %r.split('; ')]" % script
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)

@@ -9,7 +9,8 @@ module tb_lib #(
     localparam int unsigned Muls = 6,
     localparam int unsigned Divs = 6,
     localparam int unsigned DivSeqs = 3,
-    localparam int unsigned ArbInputs = 5
+    localparam int unsigned ArbInputs = 5,
+    localparam int unsigned Stages = 6
 ) (
     input  logic               clk_i,
     input  logic               rst_ni,
@@ -65,6 +66,10 @@ module tb_lib #(
     input  logic        [6:0]  ram_read_addr_i,
     output logic        [31:0] ram_plain_o,
     output logic        [31:0] ram_forward_o,
+    // What rt_stage_pkg says of the stages, in the order of a ray's way through them.
+    output int                 stage_latency_o [Stages],
+    output int                 stage_interval_o[Stages],
+    output int                 stage_blocks_o  [Stages],
     // A stream with the checkers on it and nothing else: the test breaks the rules here.
     input  logic               rule_valid_i,
     input  logic               rule_ready_i,
@@ -305,6 +310,31 @@ module tb_lib #(
       .read_addr_i (ram_read_addr_i),
       .read_data_o (ram_forward_o)
   );
+
+  assign stage_latency_o = '{
+          rt_stage_pkg::RaySetupLatency,
+          rt_stage_pkg::KdDescendLatency,
+          rt_stage_pkg::LeafExitLatency,
+          rt_stage_pkg::KdBacktrackLatency,
+          rt_stage_pkg::TriTestLatency,
+          rt_stage_pkg::HitFinishLatency
+      };
+  assign stage_interval_o = '{
+          rt_stage_pkg::RaySetupInterval,
+          rt_stage_pkg::KdDescendInterval,
+          rt_stage_pkg::LeafExitInterval,
+          rt_stage_pkg::KdBacktrackInterval,
+          rt_stage_pkg::TriTestInterval,
+          rt_stage_pkg::HitFinishInterval
+      };
+  assign stage_blocks_o = '{
+          rt_stage_pkg::RaySetupBlocks,
+          rt_stage_pkg::KdDescendBlocks,
+          rt_stage_pkg::LeafExitBlocks,
+          rt_stage_pkg::KdBacktrackBlocks,
+          rt_stage_pkg::TriTestBlocks,
+          rt_stage_pkg::HitFinishBlocks
+      };
 
   `RT_ASSERT_STREAM(RuleStream, rule_valid_i, rule_ready_i, rule_data_i)
   `RT_ASSERT(RuleTrue, rule_true_i)

@@ -1,0 +1,115 @@
+// Memory behind an AXI4 port: any latency, order, bandwidth and back-pressure, errors where they are wanted, and a check of every rule of the
+// bus that the master could break.
+//
+// Model. A read burst is answered `latency` clocks after its address was accepted at the earliest; a bucket of `bytes_per_clock`, shared by reads
+// and writes, limits what flows. Without `reorder` bursts are answered in the order in which they were asked for. With it, beats of
+// different ids are mixed at random; within an id the order stays. `stall_percent` takes ready and valid away at random.
+#pragma once
+#include <cstdint>
+#include <deque>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "testbench/cosim/core/core_model.hpp"
+#include "testbench/csim/random.hpp"
+
+namespace retrace::cosim {
+
+struct MemoryOptions {
+  int latency_min = 40, latency_max = 40;  ///< clocks, drawn for each burst
+  double bytes_per_clock = 0;              ///< 0: what the bus can do in one direction
+  bool reorder = false;
+  int stall_percent = 0;
+  std::uint64_t seed = 1;
+};
+
+/// What goes wrong on purpose. Bursts are counted from the last arm().
+struct ErrorInjection {
+  std::int64_t read_burst = -1;   ///< number of the read burst that is answered with an error; -1 none
+  int read_beat = -1;             ///< only this beat of it; -1 all
+  std::int64_t write_burst = -1;
+  std::uint64_t bad_begin = 0, bad_end = 0;  ///< reads in [bad_begin, bad_end) are errors
+  bool decode_error = false;      ///< DECERR instead of SLVERR
+};
+
+class AxiMemory {
+ public:
+  AxiMemory(int data_bytes, const MemoryOptions& options);
+
+  /// Bytes of memory from address `base()` on; grows it. Contents are kept.
+  void resize(std::uint64_t bytes);
+  static constexpr std::uint64_t base() { return 0x10000000; }
+  void write(std::uint64_t address, std::span<const std::uint64_t> words);
+  void read(std::uint64_t address, std::span<std::uint64_t> words) const;
+
+  /// One clock: `master` is what the core drives in this clock, signals() what this memory drives in it; signals() changes for the next clock.
+  void clock(const AxiMasterSignals& master);
+  const AxiSlaveSignals& signals() const { return out_; }
+
+  void arm(const ErrorInjection& errors);
+  void set_options(const MemoryOptions& options);
+  /// Nothing asked for and not answered.
+  bool idle() const { return reads_.empty() && writes_.empty() && answers_.empty() && write_words_.empty() && !out_.r_valid && !out_.b_valid; }
+  /// Rules the master has broken, first ones first; empty is good.
+  const std::vector<std::string>& violations() const { return violations_; }
+  std::uint64_t read_bursts() const { return read_bursts_; }
+  std::uint64_t write_bursts() const { return write_bursts_; }
+  std::uint64_t read_bytes() const { return read_bytes_; }
+  std::uint64_t written_bytes() const { return written_bytes_; }
+  /// Addresses outside the memory; answered with DECERR. A correct core has none.
+  std::uint64_t outside() const { return outside_; }
+
+ private:
+  struct Read {
+    std::uint32_t id;
+    std::uint64_t address, ready;
+    std::uint32_t beats, beat = 0;
+    std::int64_t number;
+    bool outside;
+  };
+  struct Write {
+    std::uint32_t id;
+    std::uint64_t address;
+    std::uint32_t beats;
+    std::int64_t number;
+    bool outside;
+  };
+  struct Answer {
+    std::uint32_t id, response;
+    std::uint64_t ready;
+  };
+  struct Beat {
+    std::array<std::uint64_t, 2> data;
+    bool last;
+  };
+  void violation(const std::string& what);
+  void check_address(const char* channel, std::uint64_t address, std::uint32_t len, std::uint32_t size, std::uint32_t burst);
+  bool inside(std::uint64_t address, std::uint64_t bytes) const;
+  std::uint64_t latency();
+  bool stalled() { return options_.stall_percent > 0 && random_.below(100) < static_cast<unsigned>(options_.stall_percent); }
+  void accept(const AxiMasterSignals& m);
+  void finish_writes();
+  void drive();
+
+  int data_bytes_;
+  MemoryOptions options_;
+  Random random_;
+  ErrorInjection errors_;
+  std::vector<std::uint64_t> words_;
+  std::uint64_t now_ = 0;
+  double bucket_ = 0;
+  AxiSlaveSignals out_;
+  std::deque<Read> reads_;
+  std::deque<Write> writes_;
+  std::deque<Beat> write_words_;
+  std::deque<Answer> answers_;
+  AxiMasterSignals before_;
+  bool before_valid_ = false;
+  std::vector<std::string> violations_;
+  std::uint64_t read_bursts_ = 0, write_bursts_ = 0, read_bytes_ = 0, written_bytes_ = 0, outside_ = 0;
+  std::int64_t read_number_ = 0, write_number_ = 0;
+};
+
+}  // namespace retrace::cosim

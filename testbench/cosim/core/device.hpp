@@ -1,0 +1,68 @@
+// A device that holds a Retrace core: registers, memory, interrupt. The driver (core_driver.hpp) sees nothing else, so that a card behind a
+// kernel driver can take the place of the simulation: mmap of the registers, DMA for the memory, an eventfd for the interrupt.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "testbench/cosim/core/axi_memory.hpp"
+#include "testbench/cosim/core/core_model.hpp"
+
+namespace retrace::cosim {
+
+class Device {
+ public:
+  virtual ~Device() = default;
+  virtual std::uint32_t read_register(std::uint32_t offset) = 0;
+  virtual void write_register(std::uint32_t offset, std::uint32_t value) = 0;
+  /// Device address of `bytes` bytes, aligned to 4096; release_all() gives all of it back.
+  virtual std::uint64_t allocate(std::uint64_t bytes) = 0;
+  virtual void release_all() = 0;
+  /// 64-bit words, little endian; addresses are multiples of 8.
+  virtual void write_memory(std::uint64_t address, std::span<const std::uint64_t> words) = 0;
+  virtual void read_memory(std::uint64_t address, std::span<std::uint64_t> words) = 0;
+  /// Returns when the interrupt is raised (true) or after a slice of time that the device chooses (false), so that the caller can show
+  /// progress and give up.
+  virtual bool wait_interrupt() = 0;
+  /// Clocks the core has seen, as far as the device knows; limits are stated in them.
+  virtual std::uint64_t clocks() const = 0;
+};
+
+/// The Verilated core with a modelled memory.
+class SimulatedDevice final : public Device {
+ public:
+  struct Options {
+    std::string configuration = "ecp5";
+    MemoryOptions memory;
+    std::string waves;
+    std::uint64_t seed = 1;
+  };
+  explicit SimulatedDevice(const Options& options);
+
+  std::uint32_t read_register(std::uint32_t offset) override;
+  void write_register(std::uint32_t offset, std::uint32_t value) override;
+  std::uint64_t allocate(std::uint64_t bytes) override;
+  void release_all() override;
+  void write_memory(std::uint64_t address, std::span<const std::uint64_t> words) override { memory_.write(address, words); }
+  void read_memory(std::uint64_t address, std::span<std::uint64_t> words) override { memory_.read(address, words); }
+  bool wait_interrupt() override;
+  std::uint64_t clocks() const override { return model_->clocks(); }
+
+  AxiMemory& memory() { return memory_; }
+  int data_bytes() const { return model_->data_bytes(); }
+  /// Clocks pass. Throws Error if an assertion of the RTL fails or a rule of the bus is broken.
+  void run(std::uint64_t clocks);
+  bool interrupt() const { return out_.irq; }
+
+ private:
+  void step();
+
+  std::unique_ptr<CoreModel> model_;
+  AxiMemory memory_;
+  CoreInputs in_;
+  CoreOutputs out_;
+  std::uint64_t used_ = 0;
+};
+
+}  // namespace retrace::cosim
