@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace retrace {
 namespace {
@@ -23,53 +24,32 @@ Wide dot(const Vec& a, const Vec& b) { return Wide{a[0]} * b[0] + Wide{a[1]} * b
 double dot(const Real& a, const Real& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 Vec direction_of(const contract::RayRecord& ray) { return {ray.direction[0], ray.direction[1], ray.direction[2]}; }
 
-/// Distance between the origin and the segment a b.
-double segment_distance(const Real& a, const Real& b) {
-  const Real ab{b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-  const double length2 = dot(ab, ab);
-  const double s = length2 > 0 ? std::clamp(-dot(a, ab) / length2, 0.0, 1.0) : 0.0;
-  const Real p{a[0] + s * ab[0], a[1] + s * ab[1], a[2] + s * ab[2]};
-  return std::sqrt(dot(p, p));
-}
-
 constexpr double kPositionUlp = 0x1p-24, kDirectionUlp = 0x1p-26;
 static_assert(contract::kPositionFrac == 24 && contract::kDirectionFrac == 26 && contract::kTLimitFrac == 24);
 
 bool valid(const Hit& hit) { return hit.status == contract::kStatusHit || hit.status == contract::kStatusMiss; }
 double t_limit(const contract::RayRecord& ray) { return ray.t_max * kPositionUlp; }
 
-/// A hit as an engine reported it, seen exactly.
-struct Judged {
-  ExactIntersection exact;
-  double bound = 0;     ///< depth bound
-  bool in_band = false; ///< near an edge
-  bool grazing = false;
-  const char* wrong = nullptr;  ///< why the report cannot be right
-  bool solid() const { return exact.inside && !in_band; }
-  /// t is clear of both ends of the ray by more than the bound.
-  bool within(double t_max) const { return exact.t > bound && exact.t < t_max - bound; }
-};
+using Judged = Comparator::Judged;
 
 Judged judge(const ExactIntersection& exact) {
   Judged j;
   j.exact = exact;
   j.bound = exact.parallel ? INFINITY : depth_bound(exact.dz);
-  j.in_band = exact.edge <= kEdgeBand;
   j.grazing = exact.dz < kGrazing;
   return j;
 }
 
-Judged judge_report(const contract::RayRecord& ray, const Hit& hit, const GridTriangle* triangle) {
+Judged judge_report(const contract::RayRecord& ray, const Hit& hit, const GridTriangle* triangle, double t_max) {
   if (triangle == nullptr) {
     Judged j;
     j.wrong = "the reported triangle does not exist";
     return j;
   }
   Judged j = judge(intersect_exactly(ray, *triangle));
-  const double t_max = t_limit(ray);
   if (j.exact.parallel) {
     j.wrong = "the reported triangle is parallel to the ray";
-  } else if (!j.exact.inside && !j.in_band) {
+  } else if (!j.exact.inside && !j.exact.in_band) {
     j.wrong = "the ray passes outside the reported triangle";
   } else if (!(std::fabs(hit.t - j.exact.t) <= j.bound)) {
     j.wrong = "t is beyond the depth bound";
@@ -79,7 +59,17 @@ Judged judge_report(const contract::RayRecord& ray, const Hit& hit, const GridTr
   return j;
 }
 
-Verdict violation(const char* reason, bool grazing) { return {Agreement::kViolation, grazing, reason}; }
+Verdict agree(Agreement agreement) {
+  Verdict verdict;
+  verdict.agreement = agreement;
+  return verdict;
+}
+
+Verdict violation(const char* reason) {
+  Verdict verdict = agree(Agreement::kViolation);
+  verdict.reason = reason;
+  return verdict;
+}
 
 }  // namespace
 
@@ -114,16 +104,25 @@ ExactIntersection intersect_exactly(const contract::RayRecord& ray, const GridTr
                (kPositionUlp / kDirectionUlp);
     result.dz = std::fabs(static_cast<double>(dn)) * kDirectionUlp / std::sqrt(dot(nr, nr));
   }
-  // Edge distance: the vertices projected along the ray, seen from the ray.
-  const Real dr{double(d[0]) * kDirectionUlp, double(d[1]) * kDirectionUlp, double(d[2]) * kDirectionUlp};
-  const double d2 = dot(dr, dr);
-  Real q[3];
-  for (int i = 0; i < 3; ++i) {
-    const Real r{double(p[i][0]) * kPositionUlp, double(p[i][1]) * kPositionUlp, double(p[i][2]) * kPositionUlp};
-    const double s = d2 > 0 ? dot(r, dr) / d2 : 0.0;
-    q[i] = {r[0] - s * dr[0], r[1] - s * dr[1], r[2] - s * dr[2]};
+  // e_k is |edge| |d . normal| times the distance from the edge in the plane, so that over |edge| |d| it is foreshortened.
+  const Real dr{double(d[0]), double(d[1]), double(d[2])};
+  double length2[3];
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec edge = difference(p[(k + 1) % 3], p[k]);
+    const Real r{double(edge[0]), double(edge[1]), double(edge[2])};
+    length2[k] = dot(r, r);  // below 2^53: exact
   }
-  result.edge = std::min({segment_distance(q[0], q[1]), segment_distance(q[1], q[2]), segment_distance(q[2], q[0])});
+  const double longest = std::max({length2[0], length2[1], length2[2]}), d2 = dot(dr, dr);
+  result.outside = -std::numeric_limits<double>::infinity();
+  bool within = true, close = false;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double inside = static_cast<double>(dn < 0 ? -e[k] : e[k]) / std::sqrt(length2[k] * d2) * kPositionUlp;
+    const double band = length2[k] == longest ? kLongestEdgeBand : kEdgeBand;
+    result.outside = std::max(result.outside, -inside);
+    within = within && -inside <= band;
+    close = close || inside <= band;
+  }
+  result.in_band = !result.parallel && within && close;
   return result;
 }
 
@@ -164,72 +163,73 @@ bool Comparator::solid_in_front(const contract::RayRecord& ray, double t, double
 Verdict Comparator::compare(const GridRay& ray, const Hit& golden, const Hit& fixed) const {
   if (!valid(golden) || !valid(fixed)) {
     if (golden.status == fixed.status) return {};
-    return violation("one engine ended with an error status", false);
+    return violation("one engine ended with an error status");
   }
   if (!golden.hit() && !fixed.hit()) return {};
-  if (ray.outside) return violation("a ray outside the root box was hit", false);
-  return ray.record.any != 0 ? any(ray.record, golden, fixed) : closest(ray.record, golden, fixed);
+  if (ray.outside) return violation("a ray outside the root box was hit");
+  const double t_max = t_limit(ray.record);
+  Judged g, f;
+  if (golden.hit()) g = judge_report(ray.record, golden, find(golden.id), t_max);
+  if (fixed.hit()) f = judge_report(ray.record, fixed, find(fixed.id), t_max);
+  Verdict verdict;
+  if (g.wrong || f.wrong) {
+    verdict = violation(g.wrong ? g.wrong : f.wrong);
+  } else if (ray.record.any != 0) {
+    if (golden.hit() != fixed.hit()) verdict = any(ray.record, golden.hit() ? g : f, golden.hit());
+    verdict.lost = !fixed.hit() && g.exact.inside && g.within(t_max);
+  } else if (!golden.hit() || !fixed.hit() || golden.id != fixed.id) {
+    verdict = closest(ray.record, golden.hit() ? &g : nullptr, fixed.hit() ? &f : nullptr);
+    verdict.lost = golden.hit() && g.exact.inside &&
+                   (fixed.hit() ? g.exact.t < f.exact.t - g.bound - f.bound : g.within(t_max));
+  }
+  verdict.grazing = g.grazing || f.grazing;
+  if (fixed.hit() && !f.exact.inside) verdict.outside = f.exact.outside;
+  return verdict;
 }
 
-Verdict Comparator::closest(const contract::RayRecord& ray, const Hit& golden, const Hit& fixed) const {
+Verdict Comparator::closest(const contract::RayRecord& ray, const Judged* g, const Judged* f) const {
   const double t_max = t_limit(ray);
-  Judged g, f;
-  if (golden.hit()) g = judge_report(ray, golden, find(golden.id));
-  if (fixed.hit()) f = judge_report(ray, fixed, find(fixed.id));
-  const bool grazing = g.grazing || f.grazing;
-  if (g.wrong) return violation(g.wrong, grazing);
-  if (f.wrong) return violation(f.wrong, grazing);
-  if (golden.hit() && fixed.hit() && golden.id == fixed.id) return {Agreement::kSame, grazing, ""};
-
-  const bool near_in_depth = golden.hit() && fixed.hit() ? std::fabs(g.exact.t - f.exact.t) <= g.bound + f.bound
-                             : golden.hit()              ? !g.within(t_max)
-                                                         : !f.within(t_max);
-  const bool fixed_overlooked = !fixed.hit() || (golden.hit() && g.exact.t <= f.exact.t);
-  if (fixed_overlooked) {
-    if (g.in_band) {
-      if (solid_in_front(ray, fixed.hit() ? f.exact.t : t_max, fixed.hit() ? f.bound : 0.0)) {
-        return violation("a triangle in front was overlooked", grazing);
-      }
-      return {Agreement::kEdge, grazing, ""};
+  const bool near_in_depth = g && f ? std::fabs(g->exact.t - f->exact.t) <= g->bound + f->bound
+                                    : !(g ? g : f)->within(t_max);
+  if (!f || (g && g->exact.t <= f->exact.t)) {  // the fixed-point engine overlooked golden's triangle
+    if (g->exact.in_band) {
+      if (solid_in_front(ray, f ? f->exact.t : t_max, f ? f->bound : 0.0)) return violation("a triangle in front was overlooked");
+      return agree(Agreement::kEdge);
     }
-    if (near_in_depth) return {fixed.hit() && f.in_band ? Agreement::kEdge : Agreement::kDepth, grazing, ""};
-    return violation("golden's triangle was overlooked", grazing);
+    if (near_in_depth) return agree(f && f->exact.in_band ? Agreement::kEdge : Agreement::kDepth);
+    return violation("golden's triangle was overlooked");
   }
   // The fixed-point engine's triangle lies in front of golden's, or golden has none.
-  if (f.in_band) return {Agreement::kEdge, grazing, ""};
-  if (near_in_depth) return {Agreement::kDepth, grazing, ""};
-  return violation("golden overlooked a triangle", grazing);
+  if (f->exact.in_band) return agree(Agreement::kEdge);
+  if (near_in_depth) return agree(Agreement::kDepth);
+  return violation("golden overlooked a triangle");
 }
 
-Verdict Comparator::any(const contract::RayRecord& ray, const Hit& golden, const Hit& fixed) const {
+Verdict Comparator::any(const contract::RayRecord& ray, const Judged& only, bool golden) const {
   const double t_max = t_limit(ray);
-  Judged g, f;
-  if (golden.hit()) g = judge_report(ray, golden, find(golden.id));
-  if (fixed.hit()) f = judge_report(ray, fixed, find(fixed.id));
-  const bool grazing = g.grazing || f.grazing;
-  if (g.wrong) return violation(g.wrong, grazing);
-  if (f.wrong) return violation(f.wrong, grazing);
-  if (golden.hit() && fixed.hit()) return {Agreement::kSame, grazing, ""};
-  const Judged& only = golden.hit() ? g : f;
-  if (only.solid() && only.within(t_max)) {
-    return violation(golden.hit() ? "an occluder was overlooked" : "golden overlooked an occluder", grazing);
-  }
-  if (solid_in_front(ray, t_max, 0.0)) return violation("an occluder was overlooked", grazing);
-  return {only.in_band ? Agreement::kEdge : Agreement::kDepth, grazing, ""};
+  if (only.solid() && only.within(t_max)) return violation(golden ? "an occluder was overlooked" : "golden overlooked an occluder");
+  if (solid_in_front(ray, t_max, 0.0)) return violation("an occluder was overlooked");
+  return agree(only.exact.in_band ? Agreement::kEdge : Agreement::kDepth);
 }
 
 Verdict Comparator::identical(const Hit& a, const Hit& b) {
-  if (a.status != b.status) return violation("status differs", false);
+  if (a.status != b.status) return violation("status differs");
   if (!a.hit()) return {};
-  if (a.id != b.id) return violation("triangle differs", false);
-  if (a.t != b.t) return violation("t differs", false);
-  if (a.u != b.u || a.v != b.v) return violation("u or v differs", false);
+  if (a.id != b.id) return violation("triangle differs");
+  if (a.t != b.t) return violation("t differs");
+  if (a.u != b.u || a.v != b.v) return violation("u or v differs");
   return {};
 }
 
 void AgreementCounts::add(const Verdict& verdict, bool hit_a, bool hit_b) {
   ++total[static_cast<int>(verdict.agreement)];
   if (verdict.grazing) ++grazing[static_cast<int>(verdict.agreement)];
+  if (verdict.lost) ++lost;
+  if (verdict.outside > 0) {
+    ++false_hits;
+    if (verdict.outside > kEdgeBand) ++beyond_band;
+    farthest = std::max(farthest, verdict.outside);
+  }
   ++(hit_a ? (hit_b ? both_hit : only_a) : (hit_b ? only_b : both_miss));
 }
 
@@ -238,6 +238,10 @@ AgreementCounts& AgreementCounts::operator+=(const AgreementCounts& other) {
     total[i] += other.total[i];
     grazing[i] += other.grazing[i];
   }
+  lost += other.lost;
+  false_hits += other.false_hits;
+  beyond_band += other.beyond_band;
+  farthest = std::max(farthest, other.farthest);
   both_hit += other.both_hit;
   both_miss += other.both_miss;
   only_a += other.only_a;

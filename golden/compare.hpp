@@ -3,12 +3,14 @@
 // Golden (double) against a fixed-point engine, both on the same snapped triangles and the same quantised ray. Whether a ray truly hits
 // a triangle, and where, is decided here with exact integers (products of 27-bit codes, 128 bits), not by either engine.
 //   same       both miss, or both hit the same triangle and each t is within the depth bound of the exact one
-//   edge       the hits differ, and the ray passes within kEdgeBand of an edge of every triangle on which an engine is wrong
+//   edge       the hits differ, and the ray passes within the edge band of an edge of every triangle on which an engine is wrong
 //   depth      the hits differ, and their t lie closer together than the two depth bounds (or closer to 0 or t_max than one)
 //   violation  anything else, also an engine's error status
 // Two fixed-point engines must agree bit for bit: `same` or `violation`.
 // Grazing hits (|d'z| < kGrazing) are counted apart within their class; they have no excuse of their own.
-// Derivation of the bounds: docs/error-bounds.md.
+//
+// How far outside an edge a ray passes is measured from the line of the edge, in the plane of the triangle and foreshortened by the angle
+// of incidence: the measure in which the test's error is bounded (docs/error-bounds.md, "False hits").
 #pragma once
 #include <array>
 #include <cstdint>
@@ -19,10 +21,13 @@
 
 namespace retrace {
 
-/// Distance between the ray's line and an edge, in grid units, below which an engine may decide either way.
+/// Edge band: how far outside an edge an accepted hit may pass, grid units. The certified bound is below 2^-20 for two of the edges and
+/// above it for the longest one (false_uv.g, false_w.g), which therefore has a band of its own.
 inline constexpr double kEdgeBand = 0x1p-20;
-/// Depth bound of a fixed-point hit: |t - exact t| <= kDepthNumerator / |d'z| + kDepthFloor, d'z the direction along the unit normal.
-inline constexpr double kDepthNumerator = 17 * 0x1p-27;
+inline constexpr double kLongestEdgeBand = 50296 * 0x1p-35;
+/// Depth bound of a fixed-point hit: |t - exact t| <= kDepthNumerator / |d'z| + kDepthFloor, d'z the direction along the unit normal
+/// (depth_exact.g).
+inline constexpr double kDepthNumerator = 4252 * 0x1p-35;
 inline constexpr double kDepthFloor = 0x1p-24;
 /// Below this |d'z| a hit counts as grazing.
 inline constexpr double kGrazing = 0x1p-10;
@@ -36,6 +41,8 @@ struct Verdict {
   Agreement agreement = Agreement::kSame;
   bool grazing = false;        ///< one of the hits is grazing
   const char* reason = "";     ///< of a violation
+  bool lost = false;           ///< the fixed-point engine overlooked an exact hit in front of its own
+  double outside = 0.0;        ///< of a false hit: how far outside its triangle
 };
 
 /// A ray against one triangle, exactly: the signs are those of integers, t is rounded once.
@@ -44,7 +51,8 @@ struct ExactIntersection {
   bool parallel = false;  ///< the line is parallel to the plane: no t
   double t = 0.0;         ///< along the quantised direction, grid units; of the plane, whether inside or not
   double dz = 0.0;        ///< direction along the unit normal, absolute
-  double edge = 0.0;      ///< distance between the line and the nearest edge, grid units
+  double outside = 0.0;   ///< how far outside the worst edge the line passes, foreshortened, grid units; negative: inside all
+  bool in_band = false;   ///< outside by no more than the edge's band, or inside but as close to some edge as that
 };
 ExactIntersection intersect_exactly(const contract::RayRecord& ray, const GridTriangle& triangle);
 
@@ -58,9 +66,22 @@ class Comparator {
   /// Two fixed-point engines: bit for bit.
   static Verdict identical(const Hit& a, const Hit& b);
 
+  /// A hit as an engine reported it, seen exactly.
+  struct Judged {
+    ExactIntersection exact;
+    double bound = 0;             ///< depth bound
+    bool grazing = false;
+    const char* wrong = nullptr;  ///< why the report cannot be right
+    bool solid() const { return exact.inside && !exact.in_band; }
+    /// t is clear of both ends of the ray by more than the bound.
+    bool within(double t_max) const { return exact.t > bound && exact.t < t_max - bound; }
+  };
+
  private:
-  Verdict closest(const contract::RayRecord& ray, const Hit& golden, const Hit& fixed) const;
-  Verdict any(const contract::RayRecord& ray, const Hit& golden, const Hit& fixed) const;
+  /// The hits differ; null: a miss.
+  Verdict closest(const contract::RayRecord& ray, const Judged* golden, const Judged* fixed) const;
+  /// Only one engine, golden or the other, found an occluder.
+  Verdict any(const contract::RayRecord& ray, const Judged& only, bool golden) const;
   const GridTriangle* find(std::uint32_t id) const;
   /// Whether a triangle lies in front of `t` by more than the bounds, well inside its edges, so that no engine may overlook it.
   bool solid_in_front(const contract::RayRecord& ray, double t, double bound) const;
@@ -72,6 +93,10 @@ class Comparator {
 struct AgreementCounts {
   std::array<std::uint64_t, 4> total{}, grazing{};
   std::uint64_t both_hit = 0, both_miss = 0, only_a = 0, only_b = 0;
+  std::uint64_t lost = 0;          ///< exact hits that the fixed-point engine overlooked
+  std::uint64_t false_hits = 0;    ///< hits outside their triangle
+  std::uint64_t beyond_band = 0;   ///< of these, how many by more than kEdgeBand
+  double farthest = 0;             ///< largest distance outside, grid units
 
   void add(const Verdict& verdict, bool hit_a, bool hit_b);
   AgreementCounts& operator+=(const AgreementCounts& other);

@@ -82,7 +82,8 @@ Lighting::Lighting(const Surfaces& surfaces, const ViewCamera& camera, LightChoi
       emitters_.push_back({p0, e1, e2, glm::normalize(n), radiance, area});
     }
   }
-  if (lamps_.empty() && emissive_area < kEmissivePart * total_area && choice != LightChoice::kScene) emitters_.clear();
+  // A file with punctual lights has put them where its lamps are, and then glowing surfaces are only seen, as in other glTF viewers.
+  if (choice == LightChoice::kAuto && (!lamps_.empty() || emissive_area < kEmissivePart * total_area)) emitters_.clear();
   double sum = 0;
   for (const Emitter& emitter : emitters_) cumulative_.push_back(sum += emitter.area * luminance(emitter.radiance));
 

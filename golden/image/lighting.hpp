@@ -30,8 +30,9 @@ struct LightSample {
 
 class Lighting {
  public:
-  /// kAuto takes the scene's lights if there are any that matter, otherwise the rig. The rig of a camera inside a closed space is a lamp
-  /// near the camera, otherwise a sun over its left shoulder and a sky.
+  /// kScene takes punctual lights and emissive triangles; kAuto the punctual lights, or, if there are none, the emissive triangles if they
+  /// are more than specks, or else the rig. The rig of a camera inside a closed space is a lamp near the camera, otherwise a sun over its
+  /// left shoulder and a sky.
   Lighting(const Surfaces& surfaces, const ViewCamera& camera, LightChoice choice, bool indoors);
 
   /// Number of samples that sample() writes at most: one a punctual light (up to kMaxPunctual), `area_samples` of the emissive triangles.

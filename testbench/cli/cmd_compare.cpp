@@ -192,6 +192,10 @@ void print_tally(const Tally& tally, const std::string& name_a, const std::strin
     std::printf("  %-10s %14s  %9.5f %%  grazing %s  %s\n", to_string(static_cast<Agreement>(i)), with_commas(c.total[i]).c_str(),
                 100.0 * static_cast<double>(c.total[i]) / n, with_commas(c.grazing[i]).c_str(), meaning);
   }
+  if (!same_kind) {
+    std::printf("  exact hits lost: %s; hits outside their triangle: %s, the farthest by %.3f x 2^-20 (%s by more than 2^-20)\n",
+                with_commas(c.lost).c_str(), with_commas(c.false_hits).c_str(), c.farthest * 0x1p20, with_commas(c.beyond_band).c_str());
+  }
   std::printf("  largest |t - t'| on the same triangle: %.3g of the scene box = %.2f x 2^-24\n", tally.depth_difference,
               tally.depth_difference * 0x1p24);
   std::printf("  %s %s rays/s, %s %s rays/s\n", name_a.c_str(), with_unit(tally.seconds_a > 0 ? n / tally.seconds_a : 0).c_str(),
@@ -204,6 +208,10 @@ nlohmann::ordered_json tally_json(const Tally& tally) {
                                  {"only_b", c.only_b}};
   for (std::size_t i = 0; i < 4; ++i) json[to_string(static_cast<Agreement>(i))] = c.total[i];
   for (std::size_t i = 0; i < 4; ++i) json["grazing"][to_string(static_cast<Agreement>(i))] = c.grazing[i];
+  json["lost"] = c.lost;
+  json["false_hits"] = c.false_hits;
+  json["false_hits_beyond_band"] = c.beyond_band;
+  json["farthest_false_hit"] = c.farthest;
   json["largest_t_difference"] = tally.depth_difference;
   json["seconds_a"] = tally.seconds_a;
   json["seconds_b"] = tally.seconds_b;
@@ -348,7 +356,7 @@ void add_compare(CLI::App& app, Program& program) {
   command->footer("Engines:\n" + engine_help() +
                   "Classes, golden against a fixed-point engine (docs/program.md):\n"
                   "  same       the same triangle, t within the proven bound, or both miss\n"
-                  "  edge       the ray passes within 2^-20 of the scene box of an edge of the triangle in question\n"
+                  "  edge       the ray passes close to an edge of the triangle in question (2^-20 of the scene box; 2^-19.4 for its longest edge)\n"
                   "  depth      two triangles closer together than the proven depth bounds\n"
                   "  violation  anything else; the exit code is 1\n"
                   "Two fixed-point engines must agree bit for bit.\n"
