@@ -24,6 +24,10 @@ if(RETRACE_SANITIZE)
   target_link_options(retrace_options INTERFACE -fsanitize=${RETRACE_SANITIZE})
 endif()
 
+if(RETRACE_FUZZ)
+  target_compile_options(retrace_options INTERFACE -fsanitize=fuzzer-no-link)  # coverage of the libraries guides the fuzzer
+endif()
+
 find_package(TBB REQUIRED)
 find_package(OpenImageIO REQUIRED)
 # Debian's package of OpenImageIO names folders of optional packages (OpenCV) that need not be there; CMake refuses such a target.
