@@ -1,0 +1,542 @@
+// Core: the units of a run and the wires between them. Everything in here is reset by a soft reset; AXI and registers are in rt_top.
+//
+//   rt_ray_unit --launch--> lanes (rt_lane x N) --arrival--> rt_leaf_unit --> rt_reference_unit --> rt_tri_test --> rt_result_unit
+//                             ^                                  |                                                   |   |
+//                             |                                  +---- leaves without references, faults -----------+   |
+//                             +------------------------------ return ----------------------------------------------------+
+//   rt_result_unit --finish--> rt_hit_finish --> hits
+//
+// Deadlock    Whoever holds a context always has a place for it (a state RAM or a bitmap); answers of the memory are always taken; the only
+//             stream that can stall is the one of finished rays, and it waits for nothing but the write channel.
+// Counterpart hls/top/trace.cpp. Source: Lee 2007, section 4.
+`include "rt_assert.svh"
+module rt_core #(
+    parameter rt_core_pkg::config_t Config = rt_core_pkg::ConfigEcp5,
+    localparam int unsigned DataBits = Config.data_bits,
+    localparam int unsigned CounterCount = 34,
+    localparam int unsigned CounterStepBits = 9
+) (
+    input  logic                               clk_i,
+    input  logic                               rst_ni,
+    input  logic                               start_i,
+    input  logic [rt_core_pkg::AddrBits-1:0]   image_base_i,
+    input  logic [31:0]                        image_lines_i,
+    input  logic [rt_core_pkg::AddrBits-1:0]   ray_base_i,
+    input  logic [31:0]                        ray_count_i,
+    input  logic                               parent_links_i,
+    input  logic                               mailbox_i,
+    input  logic                               own_step_limit_i,
+    input  logic [31:0]                        step_limit_i,
+    // Status.
+    output logic                               started_o,
+    output logic                               busy_o,
+    output logic                               done_o,
+    output logic [1:0]                         image_fault_o,
+    output logic                               ray_fault_o,
+    output rt_contract_pkg::status_t           first_fault_o,
+    output logic [31:0]                        fault_ray_o,
+    output logic                               write_fault_o,
+    output logic [31:0]                        write_fault_ray_o,
+    // Read requests.
+    output logic                               read_valid_o,
+    input  logic                               read_ready_i,
+    output rt_core_pkg::read_request_t         read_o,
+    // Answers, always taken.
+    input  logic                               fill_valid_i,
+    input  logic [rt_core_pkg::SourceBits-1:0] fill_source_i,
+    input  logic [rt_core_pkg::MshrIdBits-1:0] fill_mshr_i,
+    input  logic [DataBits-1:0]                fill_data_i,
+    input  logic                               fill_last_i,
+    input  logic                               fill_error_i,
+    // Hits.
+    output logic                               hit_valid_o,
+    input  logic                               hit_ready_i,
+    output rt_contract_pkg::hit_record_t       hit_o,
+    output logic [31:0]                        hit_ray_o,
+    input  logic                               hit_written_i,
+    input  logic                               write_fault_i,
+    input  logic [31:0]                        write_fault_ray_i,
+    output logic [CounterStepBits-1:0]         counter_step_o[CounterCount]
+);
+  localparam int unsigned Lanes = Config.lanes;
+  localparam int unsigned Contexts = Lanes * Config.contexts_per_lane;
+  localparam int unsigned ContextBits = $clog2(Contexts);
+  localparam int unsigned LaneContextBits = $clog2(Config.contexts_per_lane);
+  `RT_ASSERT_INIT(LanesKnown, Lanes >= 1 && Lanes <= 8)
+  `RT_ASSERT_INIT(ContextsPowerOfTwo, Config.contexts_per_lane == (1 << LaneContextBits))
+  `RT_ASSERT_INIT(DataBitsKnown, DataBits == 64 || DataBits == 128)
+  typedef logic [ContextBits-1:0] context_t;
+  typedef rt_contract_pkg::status_t status_t;
+
+  rt_core_pkg::image_view_t view;
+  logic                     flush, rays_start;
+
+  localparam int unsigned ReadIndexBits = $clog2(rt_core_pkg::SourceLane + Lanes);
+  localparam int unsigned LaneIndexBits = Lanes > 1 ? $clog2(Lanes) : 1;
+  logic [ReadIndexBits-1:0] read_index_unused;
+  logic [LaneIndexBits-1:0] arrival_index_unused;
+  logic                     end_index_unused;
+
+  // --- read requests: one round-robin choice of all units ---
+  localparam int unsigned Sources = rt_core_pkg::SourceLane + Lanes;
+  logic [Sources-1:0]         source_valid, source_ready, fill_valid;
+  rt_core_pkg::read_request_t source_request[Sources];
+  rt_arbiter #(
+      .NumInputs(Sources),
+      .data_t   (rt_core_pkg::read_request_t)
+  ) u_read_arbiter (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (source_valid),
+      .in_ready_o (source_ready),
+      .in_data_i  (source_request),
+      .in_last_i  ('1),
+      .out_valid_o(read_valid_o),
+      .out_ready_i(read_ready_i),
+      .out_data_o (read_o),
+      .out_index_o(read_index_unused)
+  );
+  for (genvar s = 0; s < int'(Sources); s++) begin : gen_fill
+    assign fill_valid[s] = fill_valid_i && fill_source_i == rt_core_pkg::SourceBits'(s);
+  end
+
+  function automatic rt_core_pkg::read_request_t line_request(logic [rt_core_pkg::AddrBits-1:0] base, logic [23:0] line,
+                                                              int unsigned bytes, int unsigned source,
+                                                              logic [rt_core_pkg::MshrIdBits-1:0] mshr);
+    line_request.addr   = base + rt_core_pkg::AddrBits'({line, rt_core_pkg::LineShift'(0)});
+    line_request.len    = 8'(bytes * 8 / DataBits - 1);
+    line_request.source = rt_core_pkg::SourceBits'(source);
+    line_request.mshr   = mshr;
+  endfunction
+
+  // --- control ---
+  rt_core_pkg::unit_events_t lane_events[Lanes];
+  rt_core_pkg::unit_events_t leaf_events, reference_events;
+  logic                      hit_taken, hit_fault;
+  assign hit_taken = hit_valid_o && hit_ready_i;
+  assign hit_fault = hit_taken && hit_o.status > status_t'(rt_contract_pkg::StatusHit);
+
+  rt_control #(
+      .DataBits(DataBits)
+  ) u_control (
+      .clk_i,
+      .rst_ni,
+      .start_i,
+      .image_base_i,
+      .image_lines_i,
+      .ray_count_i,
+      .own_step_limit_i,
+      .step_limit_i,
+      .fetch_valid_o     (source_valid[rt_core_pkg::SourceHeader]),
+      .fetch_ready_i     (source_ready[rt_core_pkg::SourceHeader]),
+      .fetch_o           (source_request[rt_core_pkg::SourceHeader]),
+      .fill_valid_i      (fill_valid[rt_core_pkg::SourceHeader]),
+      .fill_data_i,
+      .fill_last_i,
+      .fill_error_i,
+      .view_o            (view),
+      .flush_o           (flush),
+      .rays_start_o      (rays_start),
+      .hit_written_i,
+      .ray_fault_i       (hit_fault),
+      .ray_fault_status_i(hit_o.status),
+      .ray_fault_ray_i   (hit_ray_o),
+      .write_fault_i,
+      .write_fault_ray_i,
+      .started_o,
+      .busy_o,
+      .done_o,
+      .image_fault_o,
+      .ray_fault_o,
+      .first_fault_o,
+      .fault_ray_o,
+      .write_fault_o,
+      .write_fault_ray_o
+  );
+
+  // --- rays ---
+  logic                    ray_valid, ray_ready, ray_go, free_valid;
+  context_t                ray_context, free_context;
+  rt_core_pkg::launch_t    ray_launch;
+  rt_core_pkg::walk_ray_t  walk_ray;
+  rt_core_pkg::test_ray_t  test_ray;
+  rt_core_pkg::ray_info_t  ray_info;
+  logic [ContextBits:0]    contexts_used;
+
+  rt_ray_unit #(
+      .Config(Config)
+  ) u_rays (
+      .clk_i,
+      .rst_ni,
+      .start_i         (rays_start),
+      .base_i          (ray_base_i),
+      .count_i         (ray_count_i),
+      .box_i           (view.box),
+      .fetch_valid_o   (source_valid[rt_core_pkg::SourceRay]),
+      .fetch_ready_i   (source_ready[rt_core_pkg::SourceRay]),
+      .fetch_o         (source_request[rt_core_pkg::SourceRay]),
+      .fill_valid_i    (fill_valid[rt_core_pkg::SourceRay]),
+      .fill_data_i,
+      .fill_error_i,
+      .launch_valid_o  (ray_valid),
+      .launch_ready_i  (ray_ready),
+      .launch_context_o(ray_context),
+      .launch_o        (ray_launch),
+      .walk_ray_o      (walk_ray),
+      .test_ray_o      (test_ray),
+      .info_o          (ray_info),
+      .free_valid_i    (free_valid),
+      .free_context_i  (free_context),
+      .used_o          (contexts_used)
+  );
+
+  // --- launches: returns from leaves first ---
+  logic                 return_valid;
+  context_t             return_context, launch_context;
+  rt_core_pkg::launch_t return_launch, launch;
+  assign ray_ready      = !return_valid;
+  assign ray_go         = ray_valid && ray_ready;
+  assign launch_context = return_valid ? return_context : ray_context;
+  assign launch         = return_valid ? return_launch : ray_launch;
+
+  // --- lanes ---
+  typedef struct packed {
+    context_t              ctx;
+    rt_core_pkg::arrival_t arrival;
+  } arrival_t;
+  logic [Lanes-1:0] out_valid, out_ready, lane_down, lane_up;
+  arrival_t         out_arrival[Lanes];
+  for (genvar l = 0; l < int'(Lanes); l++) begin : gen_lane
+    logic                               in_lane;
+    logic [LaneContextBits-1:0]         out_context;
+    logic [20:0]                        key;
+    logic [rt_core_pkg::MshrIdBits-1:0] mshr;
+    if (Lanes == 1) begin : gen_only
+      assign in_lane                = 1'b1;
+      assign out_arrival[l].ctx = out_context;
+    end else begin : gen_one_of
+      localparam int unsigned LaneBits = ContextBits - LaneContextBits;
+      assign in_lane                = launch_context[ContextBits-1:LaneContextBits] == LaneBits'(l);
+      assign out_arrival[l].ctx = {LaneBits'(l), out_context};
+    end
+    rt_lane #(
+        .Config(Config)
+    ) u_lane (
+        .clk_i,
+        .rst_ni,
+        .flush_i         (flush),
+        .view_i          (view),
+        .ray_valid_i     (in_lane && ray_go),
+        .ray_i           (walk_ray),
+        .launch_valid_i  (in_lane && (return_valid || ray_go)),
+        .launch_context_i(launch_context[LaneContextBits-1:0]),
+        .launch_i        (launch),
+        .out_valid_o     (out_valid[l]),
+        .out_ready_i     (out_ready[l]),
+        .out_context_o   (out_context),
+        .out_data_o      (out_arrival[l].arrival),
+        .fetch_valid_o   (source_valid[rt_core_pkg::SourceLane+l]),
+        .fetch_ready_i   (source_ready[rt_core_pkg::SourceLane+l]),
+        .fetch_key_o     (key),
+        .fetch_mshr_o    (mshr),
+        .fill_valid_i    (fill_valid[rt_core_pkg::SourceLane+l]),
+        .fill_mshr_i,
+        .fill_data_i,
+        .fill_last_i,
+        .fill_error_i,
+        .events_o        (lane_events[l]),
+        .down_o          (lane_down[l]),
+        .up_o            (lane_up[l])
+    );
+    assign source_request[rt_core_pkg::SourceLane+l] =
+        line_request(view.pair_base, 24'(key), 64, rt_core_pkg::SourceLane + l, mshr);
+  end
+
+  // --- arrivals: to the leaf unit, or straight to the result unit ---
+  logic     arrival_valid, arrival_ready, arrival_ends;
+  arrival_t arrival;
+  rt_arbiter #(
+      .NumInputs(Lanes),
+      .data_t   (arrival_t)
+  ) u_arrival_arbiter (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (out_valid),
+      .in_ready_o (out_ready),
+      .in_data_i  (out_arrival),
+      .in_last_i  ('1),
+      .out_valid_o(arrival_valid),
+      .out_ready_i(arrival_ready),
+      .out_data_o (arrival),
+      .out_index_o(arrival_index_unused)
+  );
+  assign arrival_ends = arrival.arrival.event_code != rt_core_pkg::EventGoOn;
+
+  typedef struct packed {
+    context_t ctx;
+    status_t  event_code;
+  } direct_t;
+  logic [1:0] end_valid, end_ready;
+  direct_t    end_data[2];
+  logic       chosen_valid, chosen_ready, direct_valid, direct_ready;
+  direct_t    chosen, direct;
+  assign end_valid[0]  = arrival_valid && arrival_ends;
+  assign end_data[0]   = '{ctx: arrival.ctx, event_code: arrival.arrival.event_code};
+  assign arrival_ready = !arrival_ends || end_ready[0];
+  rt_arbiter #(
+      .NumInputs(2),
+      .data_t   (direct_t)
+  ) u_end_arbiter (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (end_valid),
+      .in_ready_o (end_ready),
+      .in_data_i  (end_data),
+      .in_last_i  ('1),
+      .out_valid_o(chosen_valid),
+      .out_ready_i(chosen_ready),
+      .out_data_o (chosen),
+      .out_index_o(end_index_unused)
+  );
+  rt_skid #(
+      .data_t(direct_t)
+  ) u_end_skid (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (chosen_valid),
+      .in_ready_o (chosen_ready),
+      .in_data_i  (chosen),
+      .out_valid_o(direct_valid),
+      .out_ready_i(direct_ready),
+      .out_data_o (direct)
+  );
+
+  // --- leaves ---
+  logic                               iter_valid, references_valid, leave_valid, leaf_counted;
+  context_t                           iter_context, references_context, leave_context;
+  rt_core_pkg::references_t           references;
+  rt_core_pkg::leave_t                leave;
+  logic [22:0]                        leaf_key;
+  logic [rt_core_pkg::MshrIdBits-1:0] leaf_mshr;
+  rt_leaf_unit #(
+      .Config(Config)
+  ) u_leaf (
+      .clk_i,
+      .rst_ni,
+      .flush_i             (flush),
+      .view_i              (view),
+      .ray_valid_i         (ray_go),
+      .ray_context_i       (ray_context),
+      .ray_i               (walk_ray),
+      .in_valid_i          (arrival_valid && !arrival_ends),
+      .in_context_i        (arrival.ctx),
+      .in_data_i           (arrival.arrival),
+      .iter_valid_o        (iter_valid),
+      .iter_context_o      (iter_context),
+      .references_valid_o  (references_valid),
+      .references_context_o(references_context),
+      .references_o        (references),
+      .leave_valid_o       (leave_valid),
+      .leave_context_o     (leave_context),
+      .leave_o             (leave),
+      .out_valid_o         (end_valid[1]),
+      .out_ready_i         (end_ready[1]),
+      .out_context_o       (end_data[1].ctx),
+      .out_event_o         (end_data[1].event_code),
+      .fetch_valid_o       (source_valid[rt_core_pkg::SourceLeaf]),
+      .fetch_ready_i       (source_ready[rt_core_pkg::SourceLeaf]),
+      .fetch_key_o         (leaf_key),
+      .fetch_mshr_o        (leaf_mshr),
+      .fill_valid_i        (fill_valid[rt_core_pkg::SourceLeaf]),
+      .fill_mshr_i,
+      .fill_data_i,
+      .fill_last_i,
+      .fill_error_i,
+      .events_o            (leaf_events),
+      .leaf_o              (leaf_counted)
+  );
+  assign source_request[rt_core_pkg::SourceLeaf] =
+      line_request(view.leaf_base, 24'(leaf_key), rt_contract_pkg::LeafBytes, rt_core_pkg::SourceLeaf, leaf_mshr);
+
+  // --- references and tests ---
+  typedef struct packed {
+    context_t ctx;
+    logic     test;
+    logic     last;
+    status_t  event_code;
+  } test_tag_t;
+  logic                                  test_valid, test_ready, tri_valid, tri_ready;
+  logic                                  list_hit, list_miss, skipped;
+  rt_contract_pkg::tri_test_in_record_t  test_data;
+  rt_contract_pkg::tri_test_out_record_t tri_data;
+  test_tag_t                             test_tag, tri_tag;
+  logic [Contexts-1:0]                   has_hit;
+  logic [23:0]                           list_key, triangle_key;
+  logic [rt_core_pkg::MshrIdBits-1:0]    list_mshr, triangle_mshr;
+  rt_reference_unit #(
+      .Config(Config)
+  ) u_references (
+      .clk_i,
+      .rst_ni,
+      .flush_i               (flush),
+      .view_i                (view),
+      .mailbox_i,
+      .ray_valid_i           (ray_go),
+      .ray_context_i         (ray_context),
+      .ray_i                 (test_ray),
+      .references_valid_i    (references_valid),
+      .references_context_i  (references_context),
+      .references_i          (references),
+      .in_valid_i            (iter_valid),
+      .in_context_i          (iter_context),
+      .has_hit_i             (has_hit),
+      .out_valid_o           (test_valid),
+      .out_ready_i           (test_ready),
+      .out_data_o            (test_data),
+      .out_context_o         (test_tag.ctx),
+      .out_test_o            (test_tag.test),
+      .out_last_o            (test_tag.last),
+      .out_event_o           (test_tag.event_code),
+      .list_fetch_valid_o    (source_valid[rt_core_pkg::SourceList]),
+      .list_fetch_ready_i    (source_ready[rt_core_pkg::SourceList]),
+      .list_fetch_key_o      (list_key),
+      .list_fetch_mshr_o     (list_mshr),
+      .list_fill_valid_i     (fill_valid[rt_core_pkg::SourceList]),
+      .triangle_fetch_valid_o(source_valid[rt_core_pkg::SourceTriangle]),
+      .triangle_fetch_ready_i(source_ready[rt_core_pkg::SourceTriangle]),
+      .triangle_fetch_key_o  (triangle_key),
+      .triangle_fetch_mshr_o (triangle_mshr),
+      .triangle_fill_valid_i (fill_valid[rt_core_pkg::SourceTriangle]),
+      .fill_mshr_i,
+      .fill_data_i,
+      .fill_last_i,
+      .fill_error_i,
+      .events_o              (reference_events),
+      .list_hit_o            (list_hit),
+      .list_miss_o           (list_miss),
+      .skipped_o             (skipped)
+  );
+  assign source_request[rt_core_pkg::SourceList] =
+      line_request(view.list_base, list_key, 64, rt_core_pkg::SourceList, list_mshr);
+  assign source_request[rt_core_pkg::SourceTriangle] =
+      line_request(view.triangle_base, triangle_key, rt_contract_pkg::TriangleUsedBits / 8, rt_core_pkg::SourceTriangle, triangle_mshr);
+
+  rt_tri_test #(
+      .tag_t(test_tag_t)
+  ) u_tri_test (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (test_valid),
+      .in_ready_o (test_ready),
+      .in_data_i  (test_data),
+      .in_tag_i   (test_tag),
+      .out_valid_o(tri_valid),
+      .out_ready_i(tri_ready),
+      .out_data_o (tri_data),
+      .out_tag_o  (tri_tag)
+  );
+
+  // --- results ---
+  logic                                  finish_valid, finish_ready;
+  rt_contract_pkg::hit_finish_in_record_t finish;
+  logic [31:0]                           finish_ray;
+  rt_result_unit #(
+      .Config(Config)
+  ) u_results (
+      .clk_i,
+      .rst_ni,
+      .parent_links_i,
+      .ray_valid_i     (ray_go),
+      .ray_context_i   (ray_context),
+      .ray_i           (ray_info),
+      .leave_valid_i   (leave_valid),
+      .leave_context_i (leave_context),
+      .leave_i         (leave),
+      .direct_valid_i  (direct_valid),
+      .direct_ready_o  (direct_ready),
+      .direct_context_i(direct.ctx),
+      .direct_event_i  (direct.event_code),
+      .tri_valid_i     (tri_valid),
+      .tri_ready_o     (tri_ready),
+      .tri_data_i      (tri_data),
+      .tri_context_i   (tri_tag.ctx),
+      .tri_test_i      (tri_tag.test),
+      .tri_last_i      (tri_tag.last),
+      .tri_event_i     (tri_tag.event_code),
+      .has_hit_o       (has_hit),
+      .return_valid_o  (return_valid),
+      .return_context_o(return_context),
+      .return_o        (return_launch),
+      .finish_valid_o  (finish_valid),
+      .finish_ready_i  (finish_ready),
+      .finish_o        (finish),
+      .finish_ray_o    (finish_ray),
+      .free_valid_o    (free_valid),
+      .free_context_o  (free_context)
+  );
+
+  rt_hit_finish #(
+      .tag_t(logic [31:0])
+  ) u_hit_finish (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (finish_valid),
+      .in_ready_o (finish_ready),
+      .in_data_i  (finish),
+      .in_tag_i   (finish_ray),
+      .out_valid_o(hit_valid_o),
+      .out_ready_i(hit_ready_i),
+      .out_data_o (hit_o),
+      .out_tag_o  (hit_ray_o)
+  );
+
+  // --- counters: the order is that of the register map (rt_top) ---
+  function automatic logic [CounterStepBits-1:0] one(logic event_bit);
+    return CounterStepBits'(event_bit);
+  endfunction
+  logic [Lanes-1:0] lane_hit, lane_miss, lane_busy, lane_starved;
+  logic             leaf_blocked, reference_blocked, test_busy, test_starved;
+  for (genvar l = 0; l < int'(Lanes); l++) begin : gen_events
+    assign lane_hit[l]     = lane_events[l].hit;
+    assign lane_miss[l]    = lane_events[l].miss;
+    assign lane_busy[l]    = lane_events[l].busy;
+    assign lane_starved[l] = !lane_events[l].busy && lane_events[l].starved;
+  end
+  assign leaf_blocked      = !leaf_events.busy && !leaf_events.starved;
+  assign reference_blocked = !reference_events.busy && !reference_events.starved;
+  assign test_busy         = test_valid;
+  assign test_starved      = !test_valid && reference_events.starved;
+  always_comb begin
+    for (int unsigned i = 0; i < CounterCount; i++) counter_step_o[i] = '0;
+    counter_step_o[0]  = one(1'b1);
+    counter_step_o[1]  = one(hit_taken);
+    counter_step_o[2]  = one(hit_fault);
+    counter_step_o[3]  = CounterStepBits'($countones(lane_down));
+    counter_step_o[4]  = CounterStepBits'($countones(lane_up));
+    counter_step_o[5]  = one(leaf_counted);
+    counter_step_o[6]  = one(test_valid && test_tag.test);
+    counter_step_o[7]  = one(skipped);
+    counter_step_o[8]  = CounterStepBits'($countones(lane_hit));
+    counter_step_o[9]  = CounterStepBits'($countones(lane_miss));
+    counter_step_o[10] = one(leaf_events.hit);
+    counter_step_o[11] = one(leaf_events.miss);
+    counter_step_o[12] = one(list_hit);
+    counter_step_o[13] = one(list_miss);
+    counter_step_o[14] = one(reference_events.hit);
+    counter_step_o[15] = one(reference_events.miss);
+    // 16, 17, 27 .. 29: the bus, in rt_top.
+    counter_step_o[18] = CounterStepBits'($countones(lane_busy));
+    counter_step_o[19] = CounterStepBits'($countones(lane_starved));
+    counter_step_o[20] = CounterStepBits'($countones(~(lane_busy | lane_starved)));
+    counter_step_o[21] = one(leaf_events.busy);
+    counter_step_o[22] = one(!leaf_events.busy && leaf_events.starved);
+    counter_step_o[23] = one(leaf_blocked);
+    counter_step_o[24] = one(test_busy);
+    counter_step_o[25] = one(test_starved);
+    counter_step_o[26] = one(!test_busy && !test_starved);
+    counter_step_o[30] = one(reference_events.busy);
+    counter_step_o[31] = one(!reference_events.busy && reference_events.starved);
+    counter_step_o[32] = one(reference_blocked);
+    counter_step_o[33] = CounterStepBits'(contexts_used);
+  end
+endmodule

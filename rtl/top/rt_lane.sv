@@ -1,0 +1,401 @@
+// Lane of traversal: one step down or up for one of its contexts in every clock.
+//
+// Purpose     A context belongs to one lane for the whole of its ray. Those that can go on have a bit in ready_q; each clock one of them is
+//             picked (round robin) and goes through
+//               S0 pick, read state   S1 checks, look up the node pair   S2 cache answers   S3 select, enter rt_kd_descend / rt_kd_backtrack
+//             and gets its bit back when the stage's result has been written to its state. At a leaf, or when it ends, it leaves through out_*.
+// Misses      A context that misses is parked in the cache; the lane goes on with others.
+// Replay      Where S3 cannot pass its context on (the stage or the queue is full), the context just becomes ready again: nothing of it
+//             has changed. So nothing in the lane ever stalls.
+// Launch      launch_* puts a context into a state and makes it ready: a new ray, or a return from its leaf. Always accepted.
+// Statuses    As hls/top/trace.cpp orders them: step limit, then index, then what was read.
+// Counterpart step_down, step_up in hls/top/trace.cpp. Source: Lee 2007, section 3.
+`include "rt_assert.svh"
+module rt_lane #(
+    parameter rt_core_pkg::config_t Config = rt_core_pkg::ConfigEcp5,
+    localparam int unsigned Contexts = Config.contexts_per_lane,
+    localparam int unsigned ContextBits = $clog2(Contexts),
+    localparam int unsigned DataBits = Config.data_bits
+) (
+    input  logic                               clk_i,
+    input  logic                               rst_ni,
+    input  logic                               flush_i,
+    input  rt_core_pkg::image_view_t           view_i,
+    // A new ray's values.
+    input  logic                               ray_valid_i,
+    input  rt_core_pkg::walk_ray_t             ray_i,
+    // Where a context goes on.
+    input  logic                               launch_valid_i,
+    input  logic [ContextBits-1:0]             launch_context_i,
+    input  rt_core_pkg::launch_t               launch_i,
+    // Contexts that have arrived at a leaf or end.
+    output logic                               out_valid_o,
+    input  logic                               out_ready_i,
+    output logic [ContextBits-1:0]             out_context_o,
+    output rt_core_pkg::arrival_t              out_data_o,
+    // Memory.
+    output logic                               fetch_valid_o,
+    input  logic                               fetch_ready_i,
+    output logic [20:0]                        fetch_key_o,
+    output logic [rt_core_pkg::MshrIdBits-1:0] fetch_mshr_o,
+    input  logic                               fill_valid_i,
+    input  logic [rt_core_pkg::MshrIdBits-1:0] fill_mshr_i,
+    input  logic [DataBits-1:0]                fill_data_i,
+    input  logic                               fill_last_i,
+    input  logic                               fill_error_i,
+    // Counters.
+    output rt_core_pkg::unit_events_t          events_o,
+    output logic                               down_o,
+    output logic                               up_o
+);
+  // Four pairs a line.
+  localparam int unsigned LinePairBits = 2;
+  localparam int unsigned KeyBits = rt_contract_pkg::PairIndexBits - LinePairBits;
+  `RT_ASSERT_INIT(KeyBitsMatchPort, KeyBits == 21)
+
+  typedef logic [ContextBits-1:0] context_t;
+  // Written by every step.
+  typedef struct packed {
+    logic [31:0]                  steps;
+    rt_contract_pkg::status_t     fault;
+    logic                         up;
+    rt_contract_pkg::node_index_t parent;
+    rt_contract_pkg::node_index_t node;
+  } state_t;
+  // Written by launches only.
+  typedef struct packed {
+    rt_contract_pkg::position_t plane;
+    rt_contract_pkg::face_t     face;
+    rt_contract_pkg::t_t        t;
+  } segment_t;
+  typedef struct packed {
+    context_t    ctx;
+    logic [31:0] steps;
+  } descend_tag_t;
+  typedef struct packed {
+    context_t                     ctx;
+    logic [31:0]                  steps;
+    rt_contract_pkg::node_index_t grandparent;
+  } backtrack_tag_t;
+
+  // --- who is ready ---
+  logic [Contexts-1:0] ready_q, ready_d, error_q, error_d, wake, wake_error, picked;
+  logic                pick_valid, pick_error;
+  context_t            pick;
+
+  rt_pick #(
+      .Count(Contexts)
+  ) u_pick (
+      .clk_i,
+      .rst_ni,
+      .pool_i  (ready_q),
+      .take_i  (1'b1),
+      .valid_o (pick_valid),
+      .onehot_o(picked),
+      .index_o (pick)
+  );
+  assign pick_error = (error_q & picked) != '0;
+
+  // --- S1: the state is there ---
+  logic                        s1_valid_q, s1_error_q;
+  context_t                    s1_context_q;
+  state_t                      s1_state;
+  rt_contract_pkg::pair_index_t s1_pair;
+  rt_contract_pkg::status_t    s1_event;
+  logic                        s1_look;
+
+  assign s1_pair = s1_state.up ? s1_state.parent[23:1] : s1_state.node[23:1];
+  always_comb begin
+    s1_event = rt_core_pkg::EventGoOn;
+    if (s1_state.fault != rt_core_pkg::EventGoOn) s1_event = s1_state.fault;
+    else if (s1_error_q) s1_event = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
+    else if (s1_state.steps >= view_i.step_limit) s1_event = rt_contract_pkg::status_t'(rt_contract_pkg::StatusStepLimit);
+    else if (32'(s1_pair) >= view_i.pair_count) s1_event = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadIndex);
+  end
+  assign s1_look = s1_valid_q && s1_event == rt_core_pkg::EventGoOn;
+
+  // --- S2: the cache answers ---
+  logic                     s2_valid_q;
+  context_t                 s2_context_q;
+  state_t                   s2_state_q;
+  rt_contract_pkg::status_t s2_event_q;
+  logic                     s2_look, s2_hit;
+  logic [127:0]             s2_pair;
+  rt_core_pkg::walk_ray_t   s2_ray;
+  segment_t                 s2_segment;
+
+  rt_cache #(
+      .Lines       (Config.node_lines),
+      .Ways        (Config.ways),
+      .KeyBits     (KeyBits),
+      .DataBits    (DataBits),
+      .WordBits    (128),
+      .WordsPerLine(1 << LinePairBits),
+      .Mshrs       (Config.mshrs),
+      .Waiters     (Contexts)
+  ) u_cache (
+      .clk_i,
+      .rst_ni,
+      .flush_i,
+      .req_valid_i (s1_look),
+      .req_key_i   (s1_pair[22:LinePairBits]),
+      .req_word_i  (s1_pair[LinePairBits-1:0]),
+      .req_waiter_i(s1_context_q),
+      .rsp_valid_o (s2_look),
+      .rsp_hit_o   (s2_hit),
+      .rsp_data_o  (s2_pair),
+      .wake_o      (wake),
+      .wake_error_o(wake_error),
+      .fetch_valid_o,
+      .fetch_ready_i,
+      .fetch_key_o,
+      .fetch_mshr_o,
+      .fill_valid_i,
+      .fill_mshr_i,
+      .fill_data_i,
+      .fill_last_i,
+      .fill_error_i
+  );
+
+  // --- S3: on to the stages ---
+  logic                              s3_valid_q;
+  context_t                          s3_context_q;
+  state_t                            s3_state_q;
+  rt_contract_pkg::status_t          s3_event_q;
+  rt_contract_pkg::node_pair_record_t s3_pair_q;
+  rt_core_pkg::walk_ray_t            s3_ray_q;
+  segment_t                          s3_segment_q;
+  logic                              s3_right, s3_at_leaf, s3_out, s3_down, s3_up, s3_replay, out_ready;
+  rt_contract_pkg::position_t        s3_split;
+  rt_contract_pkg::axis_t            s3_axis;
+  rt_contract_pkg::pair_index_t      s3_child;
+  logic [31:0]                       s3_steps;
+
+  assign s3_right   = s3_state_q.up ? s3_state_q.parent[0] : s3_state_q.node[0];
+  assign s3_split   = s3_right ? s3_pair_q.right_split : s3_pair_q.left_split;
+  assign s3_axis    = s3_right ? s3_pair_q.right_axis : s3_pair_q.left_axis;
+  assign s3_child   = s3_right ? s3_pair_q.right_child : s3_pair_q.left_child;
+  assign s3_steps   = s3_state_q.steps + 32'd1;
+  assign s3_at_leaf = s3_axis == rt_contract_pkg::AxisLeaf;
+  assign s3_out     = s3_valid_q && (s3_event_q != rt_core_pkg::EventGoOn || (!s3_state_q.up && s3_at_leaf));
+  assign s3_up      = s3_valid_q && !s3_out && s3_state_q.up;
+  assign s3_down    = s3_valid_q && !s3_out && !s3_state_q.up;
+
+  // Stages: entered only when they are ready, replayed otherwise.
+  rt_contract_pkg::kd_descend_in_record_t   descend_in;
+  rt_contract_pkg::kd_descend_out_record_t  descend_out;
+  rt_contract_pkg::kd_backtrack_in_record_t backtrack_in;
+  rt_contract_pkg::kd_backtrack_out_record_t backtrack_out;
+  descend_tag_t   descend_tag;
+  backtrack_tag_t backtrack_tag;
+  logic descend_ready, descend_enter, descend_valid, descend_take;
+  logic backtrack_ready, backtrack_enter, backtrack_valid, backtrack_take;
+
+  always_comb begin
+    descend_in       = '0;
+    descend_in.split = s3_split;
+    descend_in.child = s3_child;
+    descend_in.t     = s3_segment_q.t;
+    for (int unsigned axis = 0; axis < 3; axis++) begin
+      if (s3_axis == 2'(axis)) begin
+        descend_in.origin     = s3_ray_q.origin[axis];
+        descend_in.reciprocal = s3_ray_q.reciprocal[axis];
+        descend_in.shift      = s3_ray_q.shift[axis];
+        descend_in.zero       = s3_ray_q.zero[axis];
+        descend_in.negative   = s3_ray_q.negative[axis];
+      end
+    end
+    backtrack_in              = '0;
+    backtrack_in.face         = s3_segment_q.face;
+    backtrack_in.plane        = s3_segment_q.plane;
+    backtrack_in.node         = s3_state_q.node;
+    backtrack_in.parent       = s3_state_q.parent;
+    backtrack_in.parent_split = s3_split;
+    backtrack_in.parent_axis  = s3_axis;
+    backtrack_in.parent_child = s3_child;
+  end
+  assign descend_enter   = s3_down && descend_ready;
+  assign backtrack_enter = s3_up && backtrack_ready;
+  assign s3_replay = (s3_down && !descend_ready) || (s3_up && !backtrack_ready) || (s3_out && !out_ready);
+
+  rt_kd_descend #(
+      .tag_t(descend_tag_t)
+  ) u_descend (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (descend_enter),
+      .in_ready_o (descend_ready),
+      .in_data_i  (descend_in),
+      .in_tag_i   ('{ctx: s3_context_q, steps: s3_steps}),
+      .out_valid_o(descend_valid),
+      .out_ready_i(descend_take),
+      .out_data_o (descend_out),
+      .out_tag_o  (descend_tag)
+  );
+
+  rt_kd_backtrack #(
+      .tag_t(backtrack_tag_t)
+  ) u_backtrack (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (backtrack_enter),
+      .in_ready_o (backtrack_ready),
+      .in_data_i  (backtrack_in),
+      .in_tag_i   ('{ctx: s3_context_q, steps: s3_steps, grandparent: s3_pair_q.parent}),
+      .out_valid_o(backtrack_valid),
+      .out_ready_i(backtrack_take),
+      .out_data_o (backtrack_out),
+      .out_tag_o  (backtrack_tag)
+  );
+
+  typedef struct packed {
+    context_t              ctx;
+    rt_core_pkg::arrival_t arrival;
+  } out_t;
+  localparam int unsigned OutDepth = 4;
+  out_t out_in, out_data;
+  logic [$clog2(OutDepth+1)-1:0] out_usage_unused;
+  always_comb begin
+    out_in.ctx            = s3_context_q;
+    out_in.arrival.event_code = s3_event_q;
+    out_in.arrival.leaf       = s3_child;
+    out_in.arrival.node       = s3_state_q.node;
+    out_in.arrival.t          = s3_segment_q.t;
+    out_in.arrival.steps      = s3_steps;
+  end
+  rt_fifo #(
+      .Depth (OutDepth),
+      .data_t(out_t)
+  ) u_out (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (s3_out && out_ready),
+      .in_ready_o (out_ready),
+      .in_data_i  (out_in),
+      .out_valid_o,
+      .out_ready_i,
+      .out_data_o (out_data),
+      .usage_o    (out_usage_unused)
+  );
+  assign out_context_o = out_data.ctx;
+  assign out_data_o    = out_data.arrival;
+
+  // --- state: one writer a clock; launches first, then the way up ---
+  state_t   state_write;
+  context_t state_context;
+  logic     state_write_en;
+  assign backtrack_take = !launch_valid_i;
+  assign descend_take   = !launch_valid_i && !backtrack_valid;
+  assign state_write_en = launch_valid_i || backtrack_valid || descend_valid;
+  always_comb begin
+    state_context = descend_tag.ctx;
+    state_write   = '{
+            steps: descend_tag.steps,
+            fault: rt_core_pkg::EventGoOn,
+            up: 1'b0,
+            parent: '0,
+            node: descend_out.node
+        };
+    if (launch_valid_i) begin
+      state_context = launch_context_i;
+      state_write   = '{
+              steps: launch_i.steps,
+              fault: launch_i.fault,
+              up: launch_i.up,
+              parent: launch_i.parent,
+              node: launch_i.node
+          };
+    end else if (backtrack_valid) begin
+      state_context      = backtrack_tag.ctx;
+      state_write.steps  = backtrack_tag.steps;
+      state_write.node   = backtrack_out.node;
+      state_write.parent = backtrack_tag.grandparent;
+      state_write.up     = !backtrack_out.matched;
+      if (backtrack_out.bad) state_write.fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadRecord);
+      else if (backtrack_out.finished) state_write.fault = rt_core_pkg::EventFinish;
+    end
+  end
+
+  rt_ram_sdp #(
+      .Depth (Contexts),
+      .data_t(state_t)
+  ) u_state (
+      .clk_i,
+      .rst_ni,
+      .write_en_i  (state_write_en),
+      .write_addr_i(state_context),
+      .write_data_i(state_write),
+      .read_en_i   (pick_valid),
+      .read_addr_i (pick),
+      .read_data_o (s1_state)
+  );
+  rt_ram_sdp #(
+      .Depth (Contexts),
+      .data_t(segment_t)
+  ) u_segment (
+      .clk_i,
+      .rst_ni,
+      .write_en_i  (launch_valid_i),
+      .write_addr_i(launch_context_i),
+      .write_data_i('{plane: launch_i.plane, face: launch_i.face, t: launch_i.t}),
+      .read_en_i   (s1_valid_q),
+      .read_addr_i (s1_context_q),
+      .read_data_o (s2_segment)
+  );
+  rt_ram_sdp #(
+      .Depth (Contexts),
+      .data_t(rt_core_pkg::walk_ray_t)
+  ) u_ray (
+      .clk_i,
+      .rst_ni,
+      .write_en_i  (ray_valid_i),
+      .write_addr_i(launch_context_i),
+      .write_data_i(ray_i),
+      .read_en_i   (s1_valid_q),
+      .read_addr_i (s1_context_q),
+      .read_data_o (s2_ray)
+  );
+
+  always_comb begin
+    ready_d = (ready_q & ~picked) | wake;
+    if (s3_replay) ready_d[s3_context_q] = 1'b1;
+    if (state_write_en) ready_d[state_context] = 1'b1;
+    error_d = (error_q & ~picked) | wake_error;
+  end
+
+  always_ff @(posedge clk_i) begin
+    ready_q      <= ready_d;
+    error_q      <= error_d;
+    s1_valid_q   <= pick_valid;
+    s1_error_q   <= pick_error;
+    s1_context_q <= pick;
+    s2_valid_q   <= s1_valid_q;
+    s2_context_q <= s1_context_q;
+    s2_state_q   <= s1_state;
+    s2_event_q   <= s1_event;
+    s3_valid_q   <= s2_valid_q && (!s2_look || s2_hit);
+    s3_context_q <= s2_context_q;
+    s3_state_q   <= s2_state_q;
+    s3_event_q   <= s2_event_q;
+    s3_pair_q    <= s2_pair;
+    s3_ray_q     <= s2_ray;
+    s3_segment_q <= s2_segment;
+    if (!rst_ni) begin
+      ready_q    <= '0;
+      error_q    <= '0;
+      s1_valid_q <= 1'b0;
+      s2_valid_q <= 1'b0;
+      s3_valid_q <= 1'b0;
+    end
+  end
+
+  assign events_o.hit     = s2_look && s2_hit;
+  assign events_o.miss    = s2_look && !s2_hit;
+  assign events_o.busy    = s3_valid_q && !s3_replay;
+  assign events_o.starved = !pick_valid;
+  assign down_o           = descend_enter;
+  assign up_o             = backtrack_enter;
+
+  `RT_ASSERT(NotReadyTwice, !state_write_en || !ready_q[state_context])
+  `RT_ASSERT(WakesNobodyTwice, (wake & ready_q) == '0)
+endmodule

@@ -1,0 +1,294 @@
+// Leaf unit: reads the record of the leaf a context has arrived at and computes where the ray leaves it.
+//
+// Purpose     One context a clock: P0 pick   P1 check, look up   P2 cache answers   P3 enter rt_leaf_exit. What comes out is kept as
+//             how the leaf is left (leave_*, for the result unit) and what is to be tested (references, iter_*). Leaves without
+//             references, and contexts that end here, go to the result unit at once (out_*).
+// Misses      Parked in the cache and picked again. Replay as in rt_lane.
+// Order       Of statuses as in hls/top/trace.cpp: index, kind, t_exit < t, count.
+// Counterpart arrive_at_leaf in hls/top/trace.cpp. Source: Lee 2007, section 3.
+`include "rt_assert.svh"
+module rt_leaf_unit #(
+    parameter rt_core_pkg::config_t Config = rt_core_pkg::ConfigEcp5,
+    localparam int unsigned Contexts = Config.lanes * Config.contexts_per_lane,
+    localparam int unsigned ContextBits = $clog2(Contexts),
+    localparam int unsigned DataBits = Config.data_bits
+) (
+    input  logic                               clk_i,
+    input  logic                               rst_ni,
+    input  logic                               flush_i,
+    input  rt_core_pkg::image_view_t           view_i,
+    input  logic                               ray_valid_i,
+    input  logic [ContextBits-1:0]             ray_context_i,
+    input  rt_core_pkg::walk_ray_t             ray_i,
+    // Arrivals, always accepted.
+    input  logic                               in_valid_i,
+    input  logic [ContextBits-1:0]             in_context_i,
+    input  rt_core_pkg::arrival_t              in_data_i,
+    // Leaves with something to test.
+    output logic                               iter_valid_o,
+    output logic [ContextBits-1:0]             iter_context_o,
+    // References, written before iter_valid_o.
+    output logic                               references_valid_o,
+    output logic [ContextBits-1:0]             references_context_o,
+    output rt_core_pkg::references_t           references_o,
+    // How the leaf is left.
+    output logic                               leave_valid_o,
+    output logic [ContextBits-1:0]             leave_context_o,
+    output rt_core_pkg::leave_t                leave_o,
+    // Contexts with nothing to test: EventGoOn leaves the leaf, otherwise a status.
+    output logic                               out_valid_o,
+    input  logic                               out_ready_i,
+    output logic [ContextBits-1:0]             out_context_o,
+    output rt_contract_pkg::status_t           out_event_o,
+    output logic                               fetch_valid_o,
+    input  logic                               fetch_ready_i,
+    output logic [22:0]                        fetch_key_o,
+    output logic [rt_core_pkg::MshrIdBits-1:0] fetch_mshr_o,
+    input  logic                               fill_valid_i,
+    input  logic [rt_core_pkg::MshrIdBits-1:0] fill_mshr_i,
+    input  logic [DataBits-1:0]                fill_data_i,
+    input  logic                               fill_last_i,
+    input  logic                               fill_error_i,
+    output rt_core_pkg::unit_events_t          events_o,
+    output logic                               leaf_o
+);
+  typedef logic [ContextBits-1:0] context_t;
+  typedef struct packed {
+    context_t                           ctx;
+    rt_contract_pkg::status_t           fault;
+    logic                               bad_kind;
+    logic [31:0]                        steps;
+    rt_contract_pkg::triangle_index_t   count;
+    rt_contract_pkg::node_index_t       node;
+    rt_contract_pkg::node_index_t       parent;
+    logic [2:0]                         upper;
+    rt_contract_pkg::node_index_t [2:0] link;  // of the face the ray could leave through, by axis
+  } tag_t;
+
+  logic [Contexts-1:0] ready_q, ready_d, error_q, error_d, wake, wake_error, picked;
+  logic                pick_valid, pick_error;
+  context_t            pick;
+  rt_pick #(
+      .Count(Contexts)
+  ) u_pick (
+      .clk_i,
+      .rst_ni,
+      .pool_i  (ready_q),
+      .take_i  (1'b1),
+      .valid_o (pick_valid),
+      .onehot_o(picked),
+      .index_o (pick)
+  );
+  assign pick_error = (error_q & picked) != '0;
+
+  // --- P1 ---
+  logic                     p1_valid_q, p1_error_q, p1_look;
+  context_t                 p1_context_q;
+  rt_core_pkg::arrival_t    p1_arrival;
+  rt_contract_pkg::status_t p1_fault;
+  always_comb begin
+    p1_fault = rt_core_pkg::EventGoOn;
+    if (p1_error_q) p1_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
+    else if (32'(p1_arrival.leaf) >= view_i.leaf_count) p1_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadIndex);
+  end
+  assign p1_look = p1_valid_q && p1_fault == rt_core_pkg::EventGoOn;
+
+  rt_ram_sdp #(
+      .Depth (Contexts),
+      .data_t(rt_core_pkg::arrival_t)
+  ) u_arrival (
+      .clk_i,
+      .rst_ni,
+      .write_en_i  (in_valid_i),
+      .write_addr_i(in_context_i),
+      .write_data_i(in_data_i),
+      .read_en_i   (pick_valid),
+      .read_addr_i (pick),
+      .read_data_o (p1_arrival)
+  );
+
+  // --- P2 ---
+  logic                     p2_valid_q, p2_look, p2_hit;
+  context_t                 p2_context_q;
+  rt_core_pkg::arrival_t    p2_arrival_q;
+  rt_contract_pkg::status_t p2_fault_q;
+  logic [511:0]             p2_leaf;
+  rt_core_pkg::walk_ray_t   p2_ray;
+
+  rt_cache #(
+      .Lines       (Config.leaf_lines),
+      .Ways        (Config.ways),
+      .KeyBits     (rt_contract_pkg::PairIndexBits),
+      .DataBits    (DataBits),
+      .WordBits    (512),
+      .WordsPerLine(1),
+      .Mshrs       (Config.mshrs),
+      .Waiters     (Contexts)
+  ) u_cache (
+      .clk_i,
+      .rst_ni,
+      .flush_i,
+      .req_valid_i (p1_look),
+      .req_key_i   (p1_arrival.leaf),
+      .req_word_i  (1'b0),
+      .req_waiter_i(p1_context_q),
+      .rsp_valid_o (p2_look),
+      .rsp_hit_o   (p2_hit),
+      .rsp_data_o  (p2_leaf),
+      .wake_o      (wake),
+      .wake_error_o(wake_error),
+      .fetch_valid_o,
+      .fetch_ready_i,
+      .fetch_key_o,
+      .fetch_mshr_o,
+      .fill_valid_i,
+      .fill_mshr_i,
+      .fill_data_i,
+      .fill_last_i,
+      .fill_error_i
+  );
+  rt_ram_sdp #(
+      .Depth (Contexts),
+      .data_t(rt_core_pkg::walk_ray_t)
+  ) u_ray (
+      .clk_i,
+      .rst_ni,
+      .write_en_i  (ray_valid_i),
+      .write_addr_i(ray_context_i),
+      .write_data_i(ray_i),
+      .read_en_i   (p1_valid_q),
+      .read_addr_i (p1_context_q),
+      .read_data_o (p2_ray)
+  );
+
+  // --- P3 ---
+  logic                                  p3_valid_q, p3_replay, enter, enter_ready;
+  context_t                              p3_context_q;
+  rt_core_pkg::arrival_t                 p3_arrival_q;
+  rt_contract_pkg::status_t              p3_fault_q;
+  rt_contract_pkg::leaf_record_t         p3_leaf_q;
+  rt_core_pkg::walk_ray_t                p3_ray_q;
+  rt_contract_pkg::leaf_exit_in_record_t exit_in;
+  rt_contract_pkg::leaf_exit_out_record_t exit_out;
+  tag_t                                  tag_in, tag_out;
+  logic                                  exit_valid, exit_take;
+
+  always_comb begin
+    exit_in            = '0;
+    exit_in.bound      = p3_leaf_q.bound;
+    exit_in.origin     = p3_ray_q.origin;
+    exit_in.reciprocal = p3_ray_q.reciprocal;
+    exit_in.shift      = p3_ray_q.shift;
+    exit_in.zero       = p3_ray_q.zero;
+    exit_in.negative   = p3_ray_q.negative;
+    exit_in.t          = p3_arrival_q.t;
+    tag_in.ctx     = p3_context_q;
+    tag_in.fault       = p3_fault_q;
+    tag_in.bad_kind    = p3_leaf_q.kind != rt_contract_pkg::axis_t'(rt_contract_pkg::KindTriangles);
+    tag_in.steps       = p3_arrival_q.steps;
+    tag_in.count       = p3_leaf_q.count;
+    tag_in.node        = p3_arrival_q.node;
+    tag_in.parent      = p3_leaf_q.parent;
+    tag_in.upper       = ~p3_ray_q.negative;
+    for (int unsigned axis = 0; axis < 3; axis++) begin
+      tag_in.link[axis] = p3_ray_q.negative[axis] ? p3_leaf_q.link[2*axis] : p3_leaf_q.link[2*axis+1];
+    end
+  end
+  assign enter     = p3_valid_q && enter_ready;
+  assign p3_replay = p3_valid_q && !enter_ready;
+
+  rt_leaf_exit #(
+      .tag_t(tag_t)
+  ) u_exit (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (enter),
+      .in_ready_o (enter_ready),
+      .in_data_i  (exit_in),
+      .in_tag_i   (tag_in),
+      .out_valid_o(exit_valid),
+      .out_ready_i(exit_take),
+      .out_data_o (exit_out),
+      .out_tag_o  (tag_out)
+  );
+  assign references_valid_o   = enter;
+  assign references_context_o = p3_context_q;
+  assign references_o = '{
+          steps: p3_arrival_q.steps,
+          list_base: p3_leaf_q.list_base,
+          count: p3_leaf_q.count,
+          refs: p3_leaf_q.refs
+      };
+
+  // --- what the stage says ---
+  rt_contract_pkg::status_t result;
+  logic                     at_once;
+  always_comb begin
+    result = tag_out.fault;
+    if (tag_out.fault == rt_core_pkg::EventGoOn) begin
+      if (tag_out.bad_kind) result = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadRecord);
+      else if (exit_out.broken) result = rt_contract_pkg::status_t'(rt_contract_pkg::StatusInvariant);
+    end
+    leave_o.exit   = exit_out;
+    leave_o.link   = '0;
+    // Where no axis exits, face is 0 and the link is not used.
+    for (int unsigned axis = 0; axis < 3; axis++) begin
+      if (exit_out.face[2:1] == 2'(axis)) leave_o.link = tag_out.link[axis];
+    end
+    leave_o.parent = tag_out.parent;
+    leave_o.node   = tag_out.node;
+    leave_o.steps  = tag_out.steps + 32'(tag_out.count);
+  end
+  assign at_once         = result != rt_core_pkg::EventGoOn || tag_out.count == '0;
+  assign exit_take       = !at_once || out_ready_i;
+  assign out_valid_o     = exit_valid && at_once;
+  assign out_context_o   = tag_out.ctx;
+  assign out_event_o     = result;
+  assign iter_valid_o    = exit_valid && !at_once;
+  assign iter_context_o  = tag_out.ctx;
+  assign leave_valid_o   = exit_valid;
+  assign leave_context_o = tag_out.ctx;
+
+  always_comb begin
+    ready_d = (ready_q & ~picked) | wake;
+    if (p3_replay) ready_d[p3_context_q] = 1'b1;
+    if (in_valid_i) ready_d[in_context_i] = 1'b1;
+    error_d = (error_q & ~picked) | wake_error;
+  end
+
+  always_ff @(posedge clk_i) begin
+    ready_q      <= ready_d;
+    error_q      <= error_d;
+    p1_valid_q   <= pick_valid;
+    p1_error_q   <= pick_error;
+    p1_context_q <= pick;
+    p2_valid_q   <= p1_valid_q;
+    p2_context_q <= p1_context_q;
+    p2_arrival_q <= p1_arrival;
+    p2_fault_q   <= p1_fault;
+    p3_valid_q   <= p2_valid_q && (!p2_look || p2_hit);
+    p3_context_q <= p2_context_q;
+    p3_arrival_q <= p2_arrival_q;
+    p3_fault_q   <= p2_fault_q;
+    p3_leaf_q    <= p2_leaf;
+    p3_ray_q     <= p2_ray;
+    if (!rst_ni) begin
+      ready_q    <= '0;
+      error_q    <= '0;
+      p1_valid_q <= 1'b0;
+      p2_valid_q <= 1'b0;
+      p3_valid_q <= 1'b0;
+    end
+  end
+
+  assign events_o.hit     = p2_look && p2_hit;
+  assign events_o.miss    = p2_look && !p2_hit;
+  assign events_o.busy    = enter;
+  assign events_o.starved = !pick_valid;
+  assign leaf_o           = enter && p3_fault_q == rt_core_pkg::EventGoOn;
+
+  `RT_ASSERT(WakesNobodyTwice, (wake & ready_q) == '0)
+  `RT_ASSERT(ArrivesOnce, !in_valid_i || !ready_q[in_context_i])
+  // The face belongs to the side the ray moves to, so the three links kept are enough.
+  `RT_ASSERT(FaceIsOnExitSide, !exit_valid || !exit_out.exits || exit_out.face[0] == tag_out.upper[exit_out.face[2:1]])
+endmodule

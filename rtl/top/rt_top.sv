@@ -1,0 +1,354 @@
+// Top of the core: AXI4-Lite registers, AXI4 master, interrupt.
+//
+// Purpose     Registers (rtl/regs, generated from rt_regs.rdl), the AXI master and its orderly stop around rt_core.
+// Reads       ARID = {source, miss register}; answers are taken in every clock (RREADY is 1 out of reset) in any order between ids.
+//             Bursts are INCR, aligned, of at most 128 bytes, and stay within 4 KB.
+// Writes      16 bytes a hit, one id.
+// Soft reset  No new transaction is offered, those in flight are completed and dropped, then rt_core is reset. What the slave has been
+//             offered is never taken back, so the bus never sees a broken rule.
+// Interrupt   irq_o = control.irq_enable and status.done.
+// Config      A named configuration; the macro RT_CONFIG chooses another default for tools that cannot pass a record.
+`include "rt_assert.svh"
+`ifndef RT_CONFIG
+`define RT_CONFIG ConfigEcp5
+`endif
+module rt_top #(
+    parameter rt_core_pkg::config_t Config = rt_core_pkg::`RT_CONFIG,
+    localparam int unsigned DataBits = Config.data_bits,
+    localparam int unsigned AddrBits = rt_core_pkg::AddrBits,
+    localparam int unsigned IdBits = rt_core_pkg::IdBits,
+    localparam int unsigned RegAddrBits = rt_regs_pkg::RT_REGS_MIN_ADDR_WIDTH
+) (
+    input  logic                   clk_i,
+    input  logic                   rst_ni,
+    output logic                   irq_o,
+    // AXI4-Lite slave.
+    input  logic                   axil_aw_valid_i,
+    output logic                   axil_aw_ready_o,
+    input  logic [RegAddrBits-1:0] axil_aw_addr_i,
+    input  logic [2:0]             axil_aw_prot_i,
+    input  logic                   axil_w_valid_i,
+    output logic                   axil_w_ready_o,
+    input  logic [31:0]            axil_w_data_i,
+    input  logic [3:0]             axil_w_strb_i,
+    output logic                   axil_b_valid_o,
+    input  logic                   axil_b_ready_i,
+    output logic [1:0]             axil_b_resp_o,
+    input  logic                   axil_ar_valid_i,
+    output logic                   axil_ar_ready_o,
+    input  logic [RegAddrBits-1:0] axil_ar_addr_i,
+    input  logic [2:0]             axil_ar_prot_i,
+    output logic                   axil_r_valid_o,
+    input  logic                   axil_r_ready_i,
+    output logic [31:0]            axil_r_data_o,
+    output logic [1:0]             axil_r_resp_o,
+    // AXI4 master.
+    output logic                   axi_ar_valid_o,
+    input  logic                   axi_ar_ready_i,
+    output logic [IdBits-1:0]      axi_ar_id_o,
+    output logic [AddrBits-1:0]    axi_ar_addr_o,
+    output logic [7:0]             axi_ar_len_o,
+    output logic [2:0]             axi_ar_size_o,
+    output logic [1:0]             axi_ar_burst_o,
+    input  logic                   axi_r_valid_i,
+    output logic                   axi_r_ready_o,
+    input  logic [IdBits-1:0]      axi_r_id_i,
+    input  logic [DataBits-1:0]    axi_r_data_i,
+    input  logic [1:0]             axi_r_resp_i,
+    input  logic                   axi_r_last_i,
+    output logic                   axi_aw_valid_o,
+    input  logic                   axi_aw_ready_i,
+    output logic [IdBits-1:0]      axi_aw_id_o,
+    output logic [AddrBits-1:0]    axi_aw_addr_o,
+    output logic [7:0]             axi_aw_len_o,
+    output logic [2:0]             axi_aw_size_o,
+    output logic [1:0]             axi_aw_burst_o,
+    output logic                   axi_w_valid_o,
+    input  logic                   axi_w_ready_i,
+    output logic [DataBits-1:0]    axi_w_data_o,
+    output logic [DataBits/8-1:0]  axi_w_strb_o,
+    output logic                   axi_w_last_o,
+    input  logic                   axi_b_valid_i,
+    output logic                   axi_b_ready_o,
+    input  logic [IdBits-1:0]      axi_b_id_i,
+    input  logic [1:0]             axi_b_resp_i
+);
+  localparam int unsigned CounterCount = 34;
+  localparam int unsigned CounterStepBits = 9;
+  localparam logic [1:0] BurstIncr = 2'b01;
+  localparam int unsigned OutstandingBits = 10;
+
+  rt_regs_pkg::rt_regs__in_t  regs_in;
+  rt_regs_pkg::rt_regs__out_t regs;
+
+  // --- soft reset: stop, drain, reset ---
+  typedef enum logic [1:0] {
+    Run,
+    Drain,
+    Reset
+  } stop_e;
+  stop_e                      stop_q;
+  logic                       core_rst_n, core_reset_q, draining;
+  logic [1:0]                 reset_left_q;
+  logic [OutstandingBits-1:0] outstanding_q;
+  logic                       writer_idle;
+
+  assign draining   = stop_q != Run;
+  assign core_rst_n = rst_ni && !core_reset_q;
+  always_ff @(posedge clk_i) begin
+    case (stop_q)
+      Run: if (regs.control.soft_reset.value) stop_q <= Drain;
+      Drain: if (outstanding_q == '0 && !read_pending && writer_idle) stop_q <= Reset;
+      default: begin
+        reset_left_q <= reset_left_q - 1'b1;
+        if (reset_left_q == '0) stop_q <= Run;
+      end
+    endcase
+    if (stop_q != Reset) reset_left_q <= '1;
+    core_reset_q <= stop_q == Reset;
+    if (!rst_ni) begin
+      stop_q       <= Run;
+      core_reset_q <= 1'b0;
+    end
+  end
+
+  // --- core ---
+  logic                              start, started, busy, done, ray_fault, write_fault, writer_fault, hit_written;
+  logic [1:0]                        image_fault;
+  rt_contract_pkg::status_t          first_fault;
+  logic [31:0]                       fault_ray, write_fault_ray, writer_fault_ray, hit_ray;
+  logic                              read_valid, read_ready, hit_valid, hit_ready;
+  rt_core_pkg::read_request_t        read_request, ar;
+  rt_contract_pkg::hit_record_t      hit;
+  logic [CounterStepBits-1:0]        core_step[CounterCount];
+  logic [CounterStepBits-1:0]        step[CounterCount];
+  logic [31:0]                       counter[CounterCount];
+  logic                              r_valid_q, r_last_q, r_error_q;
+  logic [IdBits-1:0]                 r_id_q;
+  logic [DataBits-1:0]               r_data_q;
+
+  assign start = regs.control.start.value && !draining && !regs.control.soft_reset.value;
+  rt_core #(
+      .Config(Config)
+  ) u_core (
+      .clk_i,
+      .rst_ni           (core_rst_n),
+      .start_i          (start),
+      .image_base_i     ({regs.image_base_hi.value.value[AddrBits-33:0], regs.image_base_lo.value.value[31:6], 6'b0}),
+      .image_lines_i    (regs.image_lines.value.value),
+      .ray_base_i       ({regs.ray_base_hi.value.value[AddrBits-33:0], regs.ray_base_lo.value.value[31:5], 5'b0}),
+      .ray_count_i      (regs.ray_count.value.value),
+      .parent_links_i   (regs.control.parent_links.value),
+      .mailbox_i        (regs.control.use_mailbox.value),
+      .own_step_limit_i (regs.control.own_step_limit.value),
+      .step_limit_i     (regs.step_limit.value.value),
+      .started_o        (started),
+      .busy_o           (busy),
+      .done_o           (done),
+      .image_fault_o    (image_fault),
+      .ray_fault_o      (ray_fault),
+      .first_fault_o    (first_fault),
+      .fault_ray_o      (fault_ray),
+      .write_fault_o    (write_fault),
+      .write_fault_ray_o(write_fault_ray),
+      .read_valid_o     (read_valid),
+      .read_ready_i     (read_ready),
+      .read_o           (read_request),
+      .fill_valid_i     (r_valid_q),
+      .fill_source_i    (r_id_q[IdBits-1:rt_core_pkg::MshrIdBits]),
+      .fill_mshr_i      (r_id_q[rt_core_pkg::MshrIdBits-1:0]),
+      .fill_data_i      (r_data_q),
+      .fill_last_i      (r_last_q),
+      .fill_error_i     (r_error_q),
+      .hit_valid_o      (hit_valid),
+      .hit_ready_i      (hit_ready && !draining),
+      .hit_o            (hit),
+      .hit_ray_o        (hit_ray),
+      .hit_written_i    (hit_written),
+      .write_fault_i    (writer_fault),
+      .write_fault_ray_i(writer_fault_ray),
+      .counter_step_o   (core_step)
+  );
+
+  // --- reads ---
+  logic read_gate, read_offered_q, read_pending, skid_in_ready;
+  // A request that has been offered is not taken back when the drain begins.
+  assign read_gate    = !draining || read_offered_q;
+  assign read_ready   = skid_in_ready && read_gate;
+  assign read_pending = read_offered_q || axi_ar_valid_o;
+  rt_skid #(
+      .data_t(rt_core_pkg::read_request_t)
+  ) u_read_skid (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (read_valid && read_gate),
+      .in_ready_o (skid_in_ready),
+      .in_data_i  (read_request),
+      .out_valid_o(axi_ar_valid_o),
+      .out_ready_i(axi_ar_ready_i),
+      .out_data_o (ar)
+  );
+  assign axi_ar_id_o    = {ar.source, ar.mshr};
+  assign axi_ar_addr_o  = ar.addr;
+  assign axi_ar_len_o   = ar.len;
+  assign axi_ar_size_o  = 3'($clog2(DataBits / 8));
+  assign axi_ar_burst_o = BurstIncr;
+  assign axi_r_ready_o  = 1'b1;
+
+  logic ar_accepted, r_finished;
+  assign ar_accepted = axi_ar_valid_o && axi_ar_ready_i;
+  assign r_finished  = r_valid_q && r_last_q;
+  always_ff @(posedge clk_i) begin
+    read_offered_q <= read_valid && read_gate && !skid_in_ready;
+    outstanding_q  <= outstanding_q + OutstandingBits'(ar_accepted) - OutstandingBits'(r_finished);
+    r_valid_q      <= axi_r_valid_i;
+    r_id_q         <= axi_r_id_i;
+    r_data_q       <= axi_r_data_i;
+    r_last_q       <= axi_r_last_i;
+    r_error_q      <= axi_r_resp_i[1];
+    if (!rst_ni) begin
+      read_offered_q <= 1'b0;
+      outstanding_q  <= '0;
+      r_valid_q      <= 1'b0;
+    end
+  end
+
+  // --- writes ---
+  rt_hit_writer #(
+      .DataBits(DataBits)
+  ) u_writer (
+      .clk_i,
+      .rst_ni,
+      .base_i     ({regs.hit_base_hi.value.value[AddrBits-33:0], regs.hit_base_lo.value.value[31:4], 4'b0}),
+      .in_valid_i (hit_valid && !draining),
+      .in_ready_o (hit_ready),
+      .in_hit_i   (hit),
+      .in_ray_i   (hit_ray),
+      .aw_valid_o (axi_aw_valid_o),
+      .aw_ready_i (axi_aw_ready_i),
+      .aw_addr_o  (axi_aw_addr_o),
+      .aw_len_o   (axi_aw_len_o),
+      .w_valid_o  (axi_w_valid_o),
+      .w_ready_i  (axi_w_ready_i),
+      .w_data_o   (axi_w_data_o),
+      .w_last_o   (axi_w_last_o),
+      .b_valid_i  (axi_b_valid_i),
+      .b_ready_o  (axi_b_ready_o),
+      .b_error_i  (axi_b_resp_i[1]),
+      .idle_o     (writer_idle),
+      .written_o  (hit_written),
+      .fault_o    (writer_fault),
+      .fault_ray_o(writer_fault_ray)
+  );
+  assign axi_aw_id_o    = '0;
+  assign axi_aw_size_o  = 3'($clog2(DataBits / 8));
+  assign axi_aw_burst_o = BurstIncr;
+  assign axi_w_strb_o   = '1;
+
+  // --- counters ---
+  always_comb begin
+    step     = core_step;
+    step[16] = CounterStepBits'(axi_r_valid_i);
+    step[17] = CounterStepBits'(axi_w_valid_o && axi_w_ready_i);
+    step[27] = CounterStepBits'(axi_r_valid_i);
+    step[28] = CounterStepBits'(!axi_r_valid_i && outstanding_q == '0);
+    step[29] = CounterStepBits'(!axi_r_valid_i && outstanding_q != '0);
+  end
+  rt_counters #(
+      .Count   (CounterCount),
+      .StepBits(CounterStepBits)
+  ) u_counters (
+      .clk_i,
+      .clear_i (started),
+      .enable_i(busy),
+      .step_i  (step),
+      .count_o (counter)
+  );
+
+  // --- registers ---
+  always_comb begin
+    regs_in.version.image.next             = 8'(rt_contract_pkg::ImageVersion);
+    regs_in.build.lanes.next              = 8'(Config.lanes);
+    regs_in.build.contexts.next           = 12'(Config.lanes * Config.contexts_per_lane);
+    regs_in.build.data_bytes.next         = 6'(DataBits / 8);
+    regs_in.build.mail_entries.next            = 6'(Config.mail_entries);
+    regs_in.status.busy.next               = busy || draining || core_reset_q || regs.control.soft_reset.value || start;
+    regs_in.status.done.next               = done;
+    regs_in.status.image_fault.next        = image_fault;
+    regs_in.status.ray_fault.next          = ray_fault;
+    regs_in.status.write_fault.next        = write_fault;
+    regs_in.status.first_fault.next        = first_fault;
+    regs_in.fault_ray.ray.next             = fault_ray;
+    regs_in.write_fault_ray.ray.next       = write_fault_ray;
+    regs_in.clocks.value.next              = counter[0];
+    regs_in.rays.value.next                = counter[1];
+    regs_in.faults.value.next              = counter[2];
+    regs_in.down.value.next                = counter[3];
+    regs_in.up.value.next                  = counter[4];
+    regs_in.leaf.value.next                = counter[5];
+    regs_in.tests.value.next               = counter[6];
+    regs_in.skipped.value.next             = counter[7];
+    regs_in.node_hits.value.next           = counter[8];
+    regs_in.node_misses.value.next         = counter[9];
+    regs_in.leaf_hits.value.next           = counter[10];
+    regs_in.leaf_misses.value.next         = counter[11];
+    regs_in.list_hits.value.next           = counter[12];
+    regs_in.list_misses.value.next         = counter[13];
+    regs_in.triangle_hits.value.next       = counter[14];
+    regs_in.triangle_misses.value.next     = counter[15];
+    regs_in.read_beats.value.next          = counter[16];
+    regs_in.write_beats.value.next         = counter[17];
+    regs_in.lane_busy.value.next           = counter[18];
+    regs_in.lane_starved.value.next        = counter[19];
+    regs_in.lane_blocked.value.next        = counter[20];
+    regs_in.leaf_busy.value.next           = counter[21];
+    regs_in.leaf_starved.value.next        = counter[22];
+    regs_in.leaf_blocked.value.next        = counter[23];
+    regs_in.test_busy.value.next           = counter[24];
+    regs_in.test_starved.value.next        = counter[25];
+    regs_in.test_blocked.value.next        = counter[26];
+    regs_in.bus_busy.value.next            = counter[27];
+    regs_in.bus_starved.value.next         = counter[28];
+    regs_in.bus_blocked.value.next         = counter[29];
+    regs_in.reference_busy.value.next      = counter[30];
+    regs_in.reference_starved.value.next   = counter[31];
+    regs_in.reference_blocked.value.next   = counter[32];
+    regs_in.context_clocks.value.next      = counter[33];
+  end
+  assign irq_o = regs.control.irq_enable.value && done;
+
+  rt_regs u_regs (
+      .clk           (clk_i),
+      .rst           (!rst_ni),
+      .s_axil_awready(axil_aw_ready_o),
+      .s_axil_awvalid(axil_aw_valid_i),
+      .s_axil_awaddr (axil_aw_addr_i),
+      .s_axil_awprot (axil_aw_prot_i),
+      .s_axil_wready (axil_w_ready_o),
+      .s_axil_wvalid (axil_w_valid_i),
+      .s_axil_wdata  (axil_w_data_i),
+      .s_axil_wstrb  (axil_w_strb_i),
+      .s_axil_bready (axil_b_ready_i),
+      .s_axil_bvalid (axil_b_valid_o),
+      .s_axil_bresp  (axil_b_resp_o),
+      .s_axil_arready(axil_ar_ready_o),
+      .s_axil_arvalid(axil_ar_valid_i),
+      .s_axil_araddr (axil_ar_addr_i),
+      .s_axil_arprot (axil_ar_prot_i),
+      .s_axil_rready (axil_r_ready_i),
+      .s_axil_rvalid (axil_r_valid_o),
+      .s_axil_rdata  (axil_r_data_o),
+      .s_axil_rresp  (axil_r_resp_o),
+      .hwif_in       (regs_in),
+      .hwif_out      (regs)
+  );
+
+  // --- rules of the bus that this side can check ---
+  `RT_ASSERT_STREAM(ReadAddressHeld, axi_ar_valid_o, axi_ar_ready_i, axi_ar_addr_o)
+  `RT_ASSERT_STREAM(WriteAddressHeld, axi_aw_valid_o, axi_aw_ready_i, axi_aw_addr_o)
+  `RT_ASSERT_STREAM(WriteDataHeld, axi_w_valid_o, axi_w_ready_i, axi_w_data_o)
+  `RT_ASSERT(ReadWithin4K, !axi_ar_valid_o ||
+      32'(axi_ar_addr_o[11:0]) + (32'(axi_ar_len_o) + 32'd1) * (DataBits / 8) <= 32'd4096)
+  `RT_ASSERT(AnswerWasAsked, !axi_r_valid_i || outstanding_q != '0)
+  `RT_ASSERT(WriteAnswerHasOurId, !axi_b_valid_i || axi_b_id_i == '0)
+endmodule

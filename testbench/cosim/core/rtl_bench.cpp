@@ -1,0 +1,116 @@
+// rtl_bench: primary rays of a scene through the RTL core, in image order; prints where the clocks go and compares every hit with csim.
+// usage: rtl_bench SCENE CONFIGURATION WIDTHxHEIGHT [key=value...]
+//   latency=40 or latency=1-200, bytes=8 (a clock, 0: the bus), reorder=1, stall=20 (percent), up=parent|face, mailbox=1, seed=1,
+//   waves=FILE.fst, shadow=1 (any-hit rays)
+// Returns 0 if all hits are identical.
+#include <cinttypes>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+
+#include "golden/scene/kd_builder.hpp"
+#include "golden/scene/view.hpp"
+#include "scenes/open_scene.hpp"
+#include "testbench/cosim/core/rtl_engine.hpp"
+#include "testbench/csim/csim_engine.hpp"
+
+namespace {
+
+using namespace retrace;
+
+void print_unit(const char* name, const cosim::UnitClocks& unit) {
+  const double all = static_cast<double>(unit.busy + unit.starved + unit.blocked);
+  std::printf("  %-12s busy %5.1f %%  starved %5.1f %%  blocked %5.1f %%\n", name, 100 * unit.busy / all, 100 * unit.starved / all,
+              100 * unit.blocked / all);
+}
+
+double rate(std::uint64_t hits, std::uint64_t misses) { return hits + misses == 0 ? 1.0 : double(hits) / double(hits + misses); }
+
+int run(int argc, char** argv) {
+  const std::string scene_name = argv[1], configuration = argv[2];
+  int width = 0, height = 0;
+  if (std::sscanf(argv[3], "%dx%d", &width, &height) != 2 || width < 1 || height < 1 || width > 4096 || height > 4096)
+    throw Error("size must be WIDTHxHEIGHT");
+  RtlOptions options;
+  options.configuration = configuration;
+  TraceOptions trace;
+  bool any = false;
+  for (int i = 4; i < argc; ++i) {
+    const std::string text = argv[i];
+    const auto equals = text.find('=');
+    const std::string key = text.substr(0, equals), value = equals == std::string::npos ? "" : text.substr(equals + 1);
+    if (key == "latency") {
+      const auto dash = value.find('-');
+      options.memory.latency_min = std::atoi(value.c_str());
+      options.memory.latency_max = dash == std::string::npos ? options.memory.latency_min : std::atoi(value.c_str() + dash + 1);
+    } else if (key == "bytes") options.memory.bytes_per_clock = std::atof(value.c_str());
+    else if (key == "reorder") options.memory.reorder = value != "0";
+    else if (key == "stall") options.memory.stall_percent = std::atoi(value.c_str());
+    else if (key == "up") trace.way_up = value == "parent" ? WayUp::kParentLinks : WayUp::kFaceLinks;
+    else if (key == "mailbox") trace.mailbox = value != "0" ? kCsimMailbox : 0;
+    else if (key == "seed") options.seed = options.memory.seed = std::strtoull(value.c_str(), nullptr, 0);
+    else if (key == "waves") options.waves = value;
+    else if (key == "shadow") any = value != "0";
+    else throw Error("unknown option '" + text + "'");
+  }
+
+  const Scene scene = open_scene(scene_name);
+  const WorldTriangles world = flatten(scene);
+  const GridScene grid = snap(world);
+  const MemoryImage image = build_kd(grid);
+  const ViewCamera view = default_view(scene, world);
+  std::vector<GridRay> rays;
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      rays.push_back(quantise(view.ray(x + 0.5, y + 0.5, width, height), grid.transform, grid.box, any));
+
+  std::vector<Hit> hits(rays.size());
+  auto rtl = make_rtl_engine(image, options);
+  rtl->trace(rays, hits, {}, trace);
+  auto csim = make_csim_engine(image);
+  csim->trace(rays, hits, {}, trace);
+  std::uint64_t differ = 0;
+  const auto a = rtl->raw_hits(), b = csim->raw_hits();
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (a[2 * i] == b[2 * i] && a[2 * i + 1] == b[2 * i + 1]) continue;
+    if (++differ < 5)
+      std::printf("ray %zu: rtl %016" PRIx64 "%016" PRIx64 " csim %016" PRIx64 "%016" PRIx64 "\n", i, a[2 * i + 1], a[2 * i], b[2 * i + 1],
+                  b[2 * i]);
+  }
+  const auto& c = rtl->counters();
+  const auto per_ray = [&](std::uint64_t n) { return double(n) / double(c.rays); };
+  const int bytes = rtl->identity().data_bytes;
+  std::printf("%s %s %dx%d: %" PRIu64 " rays, %" PRIu64 " differ from csim\n", scene_name.c_str(), configuration.c_str(), width, height,
+              c.rays, differ);
+  std::printf("  %.2f clocks/ray, %.3f node steps/clock, %.0f simulated clocks/s\n", per_ray(c.clocks), double(c.node_steps()) / c.clocks,
+              rtl->simulated_clocks() / rtl->simulation_seconds());
+  std::printf("  a ray: down %.2f up %.2f leaf %.2f tests %.2f skipped %.2f; csim down %.2f up %.2f leaf %.2f tests %.2f\n", per_ray(c.down),
+              per_ray(c.up), per_ray(c.leaf), per_ray(c.tests), per_ray(c.skipped), per_ray(csim->totals().down),
+              per_ray(csim->totals().up), per_ray(csim->totals().leaf), per_ray(csim->totals().tests));
+  std::printf("  bytes/ray read %.1f written %.1f; hit rate node %.4f leaf %.4f list %.4f triangle %.4f; contexts in use %.1f\n",
+              per_ray(c.read_beats * bytes), per_ray(c.write_beats * bytes), rate(c.node_hits, c.node_misses),
+              rate(c.leaf_hits, c.leaf_misses), rate(c.list_hits, c.list_misses), rate(c.triangle_hits, c.triangle_misses),
+              double(c.context_clocks) / c.clocks);
+  print_unit("lanes", c.lanes);
+  print_unit("leaf unit", c.leaf_unit);
+  print_unit("references", c.references);
+  print_unit("tri_test", c.tri_test);
+  print_unit("read bus", c.bus);
+  return differ == 0 ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 4) {
+    std::fprintf(stderr, "usage: rtl_bench SCENE CONFIGURATION WIDTHxHEIGHT [key=value...]\n");
+    return 2;
+  }
+  try {
+    return run(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "rtl_bench: %s\n", error.what());
+    return 2;
+  }
+}

@@ -1,0 +1,98 @@
+// See rtl_engine.hpp.
+#include "testbench/cosim/core/rtl_engine.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+namespace retrace {
+namespace {
+
+class Simulation final : public RtlEngine {
+ public:
+  Simulation(std::span<const std::uint64_t> image, const RtlOptions& options)
+      : image_(image), options_(options), device_({options.configuration, options.memory, options.waves, options.seed}), driver_(device_) {}
+
+  std::string name() const override { return "rtl"; }
+  std::span<const std::uint64_t> raw_hits() const override { return raw_hits_; }
+  const cosim::CoreCounters& counters() const override { return counters_; }
+  cosim::CoreIdentity identity() const override { return driver_.identity(); }
+  cosim::CoreStatus status() const override { return status_; }
+  std::uint64_t simulated_clocks() const override { return device_.clocks(); }
+  double simulation_seconds() const override { return seconds_; }
+
+  void trace(std::span<const GridRay> rays, std::span<Hit> hits, std::span<RayWork> work, const TraceOptions& options) override {
+    if (hits.size() != rays.size()) throw Error("rtl engine: sizes of rays and hits differ");
+    if (!work.empty()) throw Error("rtl engine: the core counts work for the whole run, not for each ray");
+    if (options.way_up == WayUp::kStack) throw Error("rtl engine: the core has no stack; use parent or face links");
+    if (options.mailbox != 0 && options.mailbox != driver_.identity().mail_entries)
+      throw Error("rtl engine: the mailbox of this configuration has " + std::to_string(driver_.identity().mail_entries) +
+                  " entries, or 0 to leave it off");
+    std::vector<std::size_t> inside;
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      if (!rays[i].outside) inside.push_back(i);
+    constexpr std::size_t kRayWords = contract::RayRecord::kWords;
+    std::vector<std::uint64_t> ray_words(kRayWords * inside.size()), hit_words(2 * inside.size());
+    for (std::size_t i = 0; i < inside.size(); ++i) rays[inside[i]].record.pack(&ray_words[kRayWords * i]);
+
+    const auto begin = std::chrono::steady_clock::now();
+    if (inside.size() > room_ || room_ == 0) {
+      room_ = std::max<std::size_t>(inside.size(), 1);
+      driver_.load(image_, room_);
+    }
+    cosim::CoreMode mode;
+    mode.parent_links = options.way_up == WayUp::kParentLinks;
+    mode.mailbox = options.mailbox != 0;
+    driver_.start(ray_words, mode);
+    std::uint64_t reported = 0;
+    driver_.wait(1000000 + options_.clocks_per_ray * inside.size(), [&](std::uint64_t finished) {
+      if (options.done && finished > reported) *options.done += finished - reported;
+      reported = std::max(reported, finished);
+    });
+    if (options.done) *options.done += rays.size() - inside.size();
+    driver_.hits(hit_words);
+    status_ = driver_.status();
+    counters_.add(driver_.counters());
+    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+
+    if (status_.image_fault != 0) {
+      constexpr const char* kWhy[] = {"", "the image's magic or version is wrong", "a section of the image lies outside it",
+                                      "the memory answered with an error for the header"};
+      throw Error(std::string("rtl engine: ") + kWhy[status_.image_fault]);
+    }
+    raw_hits_.assign(2 * rays.size(), 0);
+    std::fill(hits.begin(), hits.end(), Hit{});
+    for (std::size_t i = 0; i < inside.size(); ++i) {
+      std::copy_n(&hit_words[2 * i], 2, &raw_hits_[2 * inside[i]]);
+      const auto record = contract::HitRecord::unpack(&hit_words[2 * i]);
+      Hit& hit = hits[inside[i]];
+      hit.status = record.status;
+      hit.id = record.id;
+      hit.t = record.t * (1.0 / (1 << contract::kTLimitFrac));
+      hit.u = record.u * (1.0 / (1 << contract::kBarycentricFrac));
+      hit.v = record.v * (1.0 / (1 << contract::kBarycentricFrac));
+    }
+  }
+
+ private:
+  std::span<const std::uint64_t> image_;
+  RtlOptions options_;
+  cosim::SimulatedDevice device_;
+  cosim::CoreDriver driver_;
+  std::size_t room_ = 0;
+  std::vector<std::uint64_t> raw_hits_;
+  cosim::CoreCounters counters_;
+  cosim::CoreStatus status_;
+  double seconds_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<RtlEngine> make_rtl_engine(const MemoryImage& image, const RtlOptions& options) {
+  return std::make_unique<Simulation>(image.words(), options);
+}
+
+std::unique_ptr<RtlEngine> make_rtl_engine(std::span<const std::uint64_t> image_words, const RtlOptions& options) {
+  return std::make_unique<Simulation>(image_words, options);
+}
+
+}  // namespace retrace
