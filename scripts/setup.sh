@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs what the project needs and is not there yet: Debian packages with apt when root or sudo is available (otherwise it prints the exact
-# line and stops), ap_types out of a pinned wheel into .env/. Does nothing when all is there.
+# line and stops), ap_types out of a pinned wheel into .env/, and with --tools the pinned Python tools of lint and register generation
+# into .env/py. Does nothing when all is there.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -44,4 +45,15 @@ if [ -z "${RETRACE_AP_TYPES:-}${XILINX_HLS:-}" ] && [ ! -f .env/ap_types/ap_int.
   rm -rf .env/ap_types
   mv .env/ap_types.tmp/hls4ml/templates/vivado/ap_types .env/ap_types
   rm -rf .env/ap_types.tmp
+fi
+
+# Python tools: Yosys with its slang frontend (lint), PeakRDL (registers). An environment of the project's own, versions pinned.
+if [ "${1:-}" = --tools ] && ! cmp -s scripts/requirements.txt .env/py/requirements.installed; then
+  echo "setup: installing the Python tools of scripts/requirements.txt into .env/py" >&2
+  [ -x .env/py/bin/python ] || python3 -m venv .env/py
+  .env/py/bin/python -m pip install --quiet -r scripts/requirements.txt || {
+    echo "setup: pip could not install scripts/requirements.txt" >&2
+    exit 1
+  }
+  cp scripts/requirements.txt .env/py/requirements.installed
 fi

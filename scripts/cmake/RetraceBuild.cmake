@@ -68,3 +68,15 @@ function(retrace_add_test name)
   target_compile_definitions(${name} PRIVATE RETRACE_MODELS_DIR="${RETRACE_MODELS_DIR}" RETRACE_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
   add_test(NAME ${name} COMMAND ${name})
 endfunction()
+
+# Tests that read hostile input or exercise the kernels also run under sanitizers: retrace_sanitize(<test>...) labels them and makes them
+# part of the target `sanitized`.
+add_custom_target(sanitized)
+function(retrace_sanitize)
+  foreach(name ${ARGN})
+    if(TARGET ${name})
+      add_dependencies(sanitized ${name})
+    endif()
+    set_property(TEST ${name} APPEND PROPERTY LABELS sanitized)
+  endforeach()
+endfunction()

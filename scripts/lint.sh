@@ -1,0 +1,14 @@
+#!/usr/bin/env bash
+# Format and static checks of the C++ and the shell scripts: clang-format, clang-tidy (.clang-tidy), bash -n. RTL: scripts/rtl_lint.sh.
+# usage: scripts/lint.sh [--tidy BUILD_FOLDER]
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+mapfile -t sources < <(git ls-files '*.cpp' '*.hpp' ':!hls/include/contract*.hpp' ':!golden/scene/contract_records.hpp' ':!*certified_bounds.hpp')
+clang-format --dry-run -Werror "${sources[@]}"
+for script in $(git ls-files '*.sh' .ci/run); do bash -n "$script"; done
+if [ "${1:-}" = --tidy ]; then
+  mapfile -t units < <(git ls-files 'hls/*.cpp' 'golden/*.cpp' 'testbench/csim/*.cpp')
+  printf '%s\n' "${units[@]}" | xargs -P "$(nproc)" -n 4 clang-tidy --quiet -p "$2" 2>/dev/null
+fi
+echo "lint: ${#sources[@]} C++ files are formatted"

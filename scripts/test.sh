@@ -1,0 +1,54 @@
+#!/usr/bin/env bash
+# Passes every test: set-up, lint, release build and ctest, the same under sanitizers for everything that reads input, a minute of fuzzing.
+# usage: scripts/test.sh [--quick]   (--quick: release build and ctest only)
+# RETRACE_SEED chooses another seed for all randomised tests.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+quick=${1:-}
+started=$SECONDS
+step() { printf '\n== %4d s  %s\n' $((SECONDS - started)) "$*"; }
+build() {  # build PRESET TARGET...: quiet unless it fails
+  local preset=$1
+  shift
+  mkdir -p build
+  if ! { cmake --preset "$preset" "${options[@]}" && cmake --build "build/$preset" --target "$@"; } >"build/$preset.log" 2>&1; then
+    grep -E 'error|FAILED|undefined' -A8 "build/$preset.log" | head -60 >&2 || tail -40 "build/$preset.log" >&2
+    echo "test: the $preset build failed, see build/$preset.log" >&2
+    exit 1
+  fi
+}
+options=()
+
+step "set-up"
+scripts/setup.sh --tools
+
+step "release build"
+build release all
+step "tests"
+ctest --preset release -j "$(nproc)"
+if [ "$quick" = --quick ]; then exit 0; fi
+
+step "format and static checks"
+scripts/lint.sh --tidy build/release
+scripts/rtl_lint.sh --require-yosys
+
+step "sanitizer build (address, undefined behaviour)"
+build asan sanitized
+step "tests under sanitizers"
+ctest --preset asan -L sanitized -j "$(nproc)"
+
+step "fuzzing: glTF loader and memory image, a minute each"
+build fuzz gltf_fuzz image_fuzz
+pids=()
+for target in gltf image; do
+  mkdir -p "out/fuzz/$target"
+  "build/fuzz/tests/fuzz/${target}_fuzz" -max_total_time=60 -timeout=20 -rss_limit_mb=3000 -artifact_prefix=out/fuzz/ \
+    "out/fuzz/$target" "tests/fuzz/corpus/$target" >"out/fuzz/$target.log" 2>&1 &
+  pids+=($!)
+done
+for pid in "${pids[@]}"; do
+  wait "$pid" || { grep -E 'ERROR|SUMMARY|Test unit' out/fuzz/*.log >&2; echo "test: a fuzz target failed, see out/fuzz" >&2; exit 1; }
+done
+tail -qn 1 out/fuzz/*.log
+
+step "all tests passed"
