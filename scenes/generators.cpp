@@ -404,7 +404,7 @@ const std::vector<Entry>& entries() {
 
 std::string shown(double x) {
   char text[40];
-  const auto [end, status] = std::to_chars(text, text + sizeof text, x);
+  const auto [end, status] = std::to_chars(text, text + sizeof text, x, std::chars_format::general, 15);
   return std::string(text, end);
 }
 

@@ -41,7 +41,7 @@ Bytes encode_png(const Texture& texture) {
   const auto output = OIIO::ImageOutput::create("png");
   OIIO::ImageSpec spec(texture.width, texture.height, channels, OIIO::TypeDesc::UINT8);
   spec.attribute("oiio:UnassociatedAlpha", 1);
-  spec.attribute("png:compressionLevel", 9);
+  spec.attribute("png:compressionLevel", 6);
   if (!output || !output->set_ioproxy(&sink) || !output->open("memory.png", spec) ||
       !output->write_image(OIIO::TypeDesc::UINT8, raw.data()) || !output->close())
     throw Error("texture '" + texture.name +

@@ -84,6 +84,10 @@ class Room {
   /// A texture of sRGB colours in [0, 1] over [0, 1]^2, v downwards, as the file will hold it: rounded to 8 bits.
   std::uint32_t texture(const std::string& name, int width, int height,
                         const std::function<glm::dvec3(double, double)>& color) {
+    // Below detail 1 the textures shrink, too.
+    const double shrink = std::min(1.0, fineness_ / kDefaultFineness);
+    width = std::max(16, static_cast<int>(std::lround(width * shrink)));
+    height = std::max(16, static_cast<int>(std::lround(height * shrink)));
     Texture t;
     t.name = name;
     t.width = width;
@@ -329,8 +333,8 @@ class Room {
 
   void table() {
     const std::uint32_t oak = material("oak", srgb(0.50, 0.33, 0.19), 0.42f);
-    const glm::dvec2 top[] = {{0, 0.715},    {0, 0.715},   {0.60, 0.715}, {0.64, 0.722}, {0.655, 0.735},
-                              {0.64, 0.748}, {0.60, 0.75}, {0.60, 0.75},  {0, 0.75}};
+    const glm::dvec2 top[] = {{0, 0.715},     {0, 0.715},    {0.60, 0.715}, {0.60, 0.715}, {0.64, 0.722},
+                              {0.655, 0.735}, {0.64, 0.748}, {0.60, 0.75},  {0.60, 0.75},  {0, 0.75}};
     const glm::dvec2 leg[] = {{0.10, 0.08}, {0.11, 0.10},  {0.09, 0.16}, {0.05, 0.20}, {0.045, 0.26}, {0.075, 0.36},
                               {0.08, 0.42}, {0.055, 0.50}, {0.04, 0.56}, {0.05, 0.62}, {0.09, 0.68},  {0.16, 0.715}};
     Primitive p = lathe(top, cells(96, 12), cells(3, 1));

@@ -337,8 +337,8 @@ Primitive torus_knot(int p, int q, double tube_radius, int along, int around) {
   for (int i = 0; i < along; ++i)
     for (int j = 0; j < around; ++j) {
       const std::uint32_t a = at(i, j), b = at(i + 1, j), c = at(i + 1, j + 1), d = at(i, j + 1);
-      out.triangles.push_back({a, b, c});
-      out.triangles.push_back({a, c, d});
+      out.triangles.push_back({a, c, b});
+      out.triangles.push_back({a, d, c});
     }
   return out;
 }
