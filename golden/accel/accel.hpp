@@ -126,6 +126,8 @@ class Structure {
   virtual bool duplicates_references() const { return false; }
   /// Number of triangles, the range of Probe's mailbox.
   virtual std::size_t size() const = 0;
+  /// Number of references to them, over all cells.
+  virtual std::size_t references() const { return size(); }
 };
 
 }  // namespace retrace::accel

@@ -48,6 +48,9 @@ std::vector<Technique> make_catalogue() {
         Split{"kd-spatial", "kd-tree, spatial median", "Kaplan 1985; ", BuildOptions::Split::kSpatialMedian},
         Split{"kd-object", "kd-tree, object median", "Jansen 1986; ", BuildOptions::Split::kObjectMedian}}) {
     for (const KdWalk& walk : walks) {
+      // All sizes of the short stack on the tree that one would build; one size stands for them on the two medians.
+      if (split.split != BuildOptions::Split::kSah && walk.traversal == KdTraversal::kShortStack && walk.entries != 4)
+        continue;
       all.push_back({split.key + "/" + walk.key, split.name, walk.name, split.source + walk.source, true,
                      [split = split.split, walk](Workshop& w, double& seconds) -> std::shared_ptr<const Structure> {
                        return make_kd(w.kd(split, seconds), walk.traversal, walk.entries);

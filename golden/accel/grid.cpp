@@ -68,6 +68,7 @@ class Grid final : public Structure {
 
   bool duplicates_references() const override { return true; }
   std::size_t size() const override { return set_.triangles.size(); }
+  std::size_t references() const override { return references_.size(); }
   Footprint footprint() const override {
     return {.nodes = offsets_.size() * 4,
             .references = references_.size() * 4,

@@ -105,6 +105,7 @@ class KdStructure : public Structure {
   explicit KdStructure(std::shared_ptr<const KdTree> tree, bool boxes) : tree_(std::move(tree)), boxes_(boxes) {}
   bool duplicates_references() const override { return true; }
   std::size_t size() const override { return tree_->triangles(); }
+  std::size_t references() const override { return tree_->references(); }
   Footprint footprint() const override { return tree_->footprint(boxes_); }
 
  protected:

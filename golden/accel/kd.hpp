@@ -30,6 +30,7 @@ class KdTree {
   /// Box of an interior node or leaf (kd-backtrack with boxes holds them; the image does not).
   const Box& node_box(std::uint32_t node) const { return node_boxes_[node]; }
   std::size_t triangles() const { return triangles_.size(); }
+  std::size_t references() const { return references_.size(); }
   const Triangle& triangle(std::uint32_t i) const { return triangles_[i]; }
 
   // Reading memory: what a walk touches, at the image's own addresses.

@@ -45,9 +45,9 @@ struct CacheResult {
 struct KindResult {
   std::uint64_t rays = 0, hits = 0;
   accel::Work work;
-  double seconds = 0.0;         ///< to trace them in one thread, without the cache model
-  std::uint64_t different = 0;  ///< rays with another hit than the reference structure
-  std::vector<CacheResult> caches;
+  double seconds = 0.0;             ///< to trace them in one thread, without the cache model
+  std::uint64_t different = 0;      ///< rays with another hit than the reference structure
+  std::vector<CacheResult> caches;  ///< empty for most mailboxes
 };
 
 /// One structure with one traversal and one mailbox.
@@ -56,6 +56,7 @@ struct Row {
   int mailbox = 0;  ///< entries; accel::Mailbox::kExact; 0: none
   double build_s = 0.0;
   accel::Footprint footprint;
+  double references = 0.0;  ///< per triangle
   std::array<KindResult, kKinds> kinds;
   std::vector<float> heat_visits, heat_tests;  ///< by pixel, empty unless this row has maps
 };

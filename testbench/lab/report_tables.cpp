@@ -33,10 +33,11 @@ double hit_percent(const CacheResult& cache) {
 }
 
 void main_table(const SceneReport& scene, const LabOptions& options, std::string& out) {
-  out += "| structure | traversal | build s | MB | visits | volumes | tests | bytes |";
+  out += "| structure | traversal | build s | MB | references | visits | volumes | tests | bytes |";
   for (const accel::CacheShape& cache : options.caches) out += " hits " + cache_name(cache) + " |";
   out +=
-      " shadow: visits | volumes | tests | bounce: visits | volumes | tests |\n|---|---|---:|---:|---:|---:|---:|---:|";
+      " shadow: visits | volumes | tests | bounce: visits | volumes | tests "
+      "|\n|---|---|---:|---:|---:|---:|---:|---:|---:|";
   for (std::size_t i = 0; i < options.caches.size() + 6; ++i) out += "---:|";
   out += "\n";
   for (const Row& row : scene.rows) {
@@ -44,7 +45,7 @@ void main_table(const SceneReport& scene, const LabOptions& options, std::string
     if (row.mailbox != 0 || (row.key.find("short-stack") != std::string::npos && !row.key.ends_with("-4"))) continue;
     const KindResult& p = row.kinds[kPrimary];
     out += "| " + row.structure + " | " + row.traversal + " | " + number(row.build_s, 2) + " | " +
-           number(static_cast<double>(row.footprint.total()) / 1e6, 1) + " | " +
+           number(static_cast<double>(row.footprint.total()) / 1e6, 1) + " | " + number(row.references, 1) + " | " +
            number(per_ray(p.work.visits(), p), 1) + " | " + number(per_ray(p.work.volumes, p), 1) + " | " +
            number(per_ray(p.work.tests, p), 2) + " | " + number(per_ray(p.work.bytes, p), 0) + " |";
     for (const CacheResult& cache : p.caches) out += " " + number(hit_percent(cache), 1) + " % |";
@@ -143,6 +144,7 @@ ordered_json to_json(const LabReport& report) {
                       {"source", row.source},
                       {"mailbox", mailbox_json(row.mailbox)},
                       {"build_s", row.build_s},
+                      {"references_per_triangle", row.references},
                       {"bytes",
                        {{"nodes", row.footprint.nodes},
                         {"leaves", row.footprint.leaves},
