@@ -16,8 +16,9 @@ namespace retrace::accel {
 namespace {
 
 constexpr double kWooDensity = 20.0;
-constexpr int kMaxResolution = 1024;  // a side
-constexpr double kMaxVoxels = 64e6;   // 256 MB of offsets
+constexpr int kMaxResolution = 1024;                // a side
+constexpr double kMaxVoxels = 64e6;                 // 256 MB of offsets
+constexpr std::size_t kMaxReferences = 64'000'000;  // no further subdivision beyond
 
 /// Separating-axis test of a triangle against a box given by centre and half extents.
 bool overlaps(const Triangle& triangle, const glm::dvec3& center, const glm::dvec3& half) {
@@ -56,7 +57,8 @@ class Grid final : public Structure {
     } else {
       n_ = glm::ivec3(1);
       fill();
-      while (mean_occupied() > kWooDensity && (n_.x + 0.0) * n_.y * n_.z * 2.0 <= kMaxVoxels) {
+      while (mean_occupied() > kWooDensity && (n_.x + 0.0) * n_.y * n_.z * 2.0 <= kMaxVoxels &&
+             references_.size() < kMaxReferences) {
         const glm::dvec3 side = extent / glm::dvec3(n_);
         const int axis = side.x >= side.y && side.x >= side.z ? 0 : side.y >= side.z ? 1 : 2;
         if (n_[axis] * 2 > kMaxResolution) break;
@@ -137,13 +139,23 @@ class Grid final : public Structure {
       hi[a] =
           std::clamp(static_cast<int>(std::floor((b.upper[a] + kMargin - set_.box.lower[a]) / side_[a])), 0, n_[a] - 1);
     }
-    const bool single = lo == hi;
-    const glm::dvec3 half = 0.5 * side_ + kMargin;
-    glm::ivec3 c;
-    for (c.z = lo.z; c.z <= hi.z; ++c.z)
-      for (c.y = lo.y; c.y <= hi.y; ++c.y)
-        for (c.x = lo.x; c.x <= hi.x; ++c.x)
-          if (single || overlaps(triangle, set_.box.lower + (glm::dvec3(c) + 0.5) * side_, half)) f(voxel(c));
+    for_each_in(triangle, lo, hi, f);
+  }
+
+  /// Halves the range of voxels where the triangle touches it: a thin triangle across the scene touches few voxels of
+  /// the many in its box.
+  template <class F>
+  void for_each_in(const Triangle& triangle, const glm::ivec3& lo, const glm::ivec3& hi, F&& f) const {
+    const glm::dvec3 half = 0.5 * side_ * glm::dvec3(hi - lo + 1) + kMargin;
+    if (!overlaps(triangle, set_.box.lower + 0.5 * side_ * glm::dvec3(lo + hi + 1), half)) return;
+    const glm::ivec3 n = hi - lo;
+    if (n == glm::ivec3(0)) return f(voxel(lo));
+    const int axis = n.x >= n.y && n.x >= n.z ? 0 : n.y >= n.z ? 1 : 2;
+    glm::ivec3 low_end = hi, high_begin = lo;
+    low_end[axis] = lo[axis] + n[axis] / 2;
+    high_begin[axis] = low_end[axis] + 1;
+    for_each_in(triangle, lo, low_end, f);
+    for_each_in(triangle, high_begin, hi, f);
   }
 
   void fill() {
