@@ -444,7 +444,7 @@ MemoryImage MemoryImage::assemble(HeaderRecord header, std::span<const NodePairR
   pack_all(pairs, at.pairs, [](std::size_t i) { return "node pair " + std::to_string(i); });
   pack_all(leaves, at.leaves, leaf_name);
   pack_all(triangles, at.triangles, triangle_name);
-  std::memcpy(image.words_.data() + at.list * kLineWords, list.data(), list.size_bytes());
+  if (!list.empty()) std::memcpy(image.words_.data() + at.list * kLineWords, list.data(), list.size_bytes());
   header.pack(image.words_.data());
   header.checksum = checksum(image.words_);
   header.pack(image.words_.data());
