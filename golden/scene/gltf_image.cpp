@@ -1,12 +1,18 @@
 // OpenImageIO reads from memory; the format is told by the first bytes, since names and MIME types lie.
+// PNG: W3C Recommendation, second edition, section 5. Only its critical chunks and transparency reach the decoder: glTF
+// says that colour spaces in images are to be ignored, libpng complains about many of them on standard error, and a
+// file that is cut off makes it jump over destructors.
 #include "golden/scene/gltf_image.hpp"
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
+#include <zlib.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
+#include <memory>
+#include <string_view>
 
 namespace retrace::gltf {
 namespace {
@@ -24,6 +30,42 @@ const char* format_of(std::span<const std::uint8_t> bytes) {
   return nullptr;
 }
 
+void check_size(std::uint64_t width, std::uint64_t height, std::uint64_t max_texels) {
+  if (width == 0 || height == 0 || width > kMaxImageSide || height > kMaxImageSide)
+    throw Error("is " + std::to_string(width) + " x " + std::to_string(height) + " pixels; 1 to " +
+                std::to_string(kMaxImageSide) + " on a side are supported");
+  if (width * height > max_texels) throw Error("the images of the file have too many pixels in total");
+}
+
+/// The chunks that matter, whole and with the right checksums.
+std::vector<std::uint8_t> plain_png(std::span<const std::uint8_t> bytes, std::uint64_t max_texels) {
+  constexpr std::size_t kSignature = 8, kFrame = 12;  // of a chunk: length, type, checksum
+  std::vector<std::uint8_t> out(bytes.begin(), bytes.begin() + kSignature);
+  const auto word = [&](std::size_t at) {
+    return static_cast<std::uint32_t>(bytes[at]) << 24 | static_cast<std::uint32_t>(bytes[at + 1]) << 16 |
+           static_cast<std::uint32_t>(bytes[at + 2]) << 8 | static_cast<std::uint32_t>(bytes[at + 3]);
+  };
+  for (std::size_t at = kSignature;;) {
+    if (bytes.size() - at < kFrame || word(at) > bytes.size() - at - kFrame)
+      throw Error("cannot be decoded: is cut off");
+    const std::size_t length = word(at);
+    const auto chunk = bytes.subspan(at, length + kFrame);
+    const std::string_view type(reinterpret_cast<const char*>(chunk.data() + 4), 4);
+    if (::crc32(0, chunk.data() + 4, static_cast<uInt>(length + 4)) != word(at + 8 + length))
+      throw Error("cannot be decoded: the checksum of a chunk is wrong");
+    const bool header = type == "IHDR";
+    if (header != (at == kSignature)) throw Error("cannot be decoded: the header is not where it should be");
+    if (header) {
+      if (length != 13) throw Error("cannot be decoded: the header is malformed");
+      check_size(word(at + 8), word(at + 12), max_texels);
+    }
+    if (header || type == "PLTE" || type == "tRNS" || type == "IDAT" || type == "IEND")
+      out.insert(out.end(), chunk.begin(), chunk.end());
+    if (type == "IEND") return out;
+    at += chunk.size();
+  }
+}
+
 std::string one_line(std::string text) {
   while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
   for (char& c : text)
@@ -36,6 +78,11 @@ std::string one_line(std::string text) {
 Texture decode_image(std::span<const std::uint8_t> bytes, std::uint64_t max_texels) {
   const char* format = format_of(bytes);
   if (!format) throw Error("is neither PNG nor JPEG");
+  std::vector<std::uint8_t> plain;
+  if (format[0] == 'p') {
+    plain = plain_png(bytes, max_texels);
+    bytes = plain;
+  }
   OIIO::Filesystem::IOMemReader reader(const_cast<std::uint8_t*>(bytes.data()), bytes.size());
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(format);
   if (!input) throw Error("cannot be decoded: " + one_line(OIIO::geterror()));
@@ -43,12 +90,10 @@ Texture decode_image(std::span<const std::uint8_t> bytes, std::uint64_t max_texe
   config.attribute("oiio:UnassociatedAlpha", 1);  // glTF's alpha is not premultiplied
   if (!input->set_ioproxy(&reader) || !input->open(std::string("memory.") + format, spec, config))
     throw Error("cannot be decoded: " + one_line(input->geterror()));
-  if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0 || spec.width > kMaxImageSide ||
-      spec.height > kMaxImageSide)
-    throw Error("is " + std::to_string(spec.width) + " x " + std::to_string(spec.height) + " pixels; at most " +
-                std::to_string(kMaxImageSide) + " on a side are supported");
+  if (spec.nchannels <= 0) throw Error("has no channels");
+  check_size(static_cast<std::uint64_t>(std::max(spec.width, 0)), static_cast<std::uint64_t>(std::max(spec.height, 0)),
+             max_texels);
   const std::size_t count = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
-  if (count > max_texels) throw Error("the images of the file have too many pixels in total");
 
   const int channels = std::min(spec.nchannels, 4);
   const bool grey = channels < 3, alpha = channels == 2 || channels == 4;

@@ -24,7 +24,7 @@ using nlohmann::json;
 // Bounds on memory: few bytes can stand for much (shared or sparse accessors, compressed images).
 constexpr std::size_t kMaxVertices = std::size_t{1} << 26;     // over all primitives
 constexpr std::size_t kMaxTriangles = std::size_t{1} << 25;    // over all primitives
-constexpr std::size_t kMaxSparseZeros = std::size_t{1} << 24;  // elements of accessors without a buffer view
+constexpr std::size_t kMaxSparseZeros = std::size_t{1} << 22;  // elements of accessors without a buffer view
 constexpr std::uint64_t kMaxTexels = std::uint64_t{1} << 27;   // over all images
 constexpr std::size_t kMaxWarnings = 100;
 

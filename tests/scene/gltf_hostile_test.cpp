@@ -461,13 +461,45 @@ const Case kCases[] = {
      [](GltfBuilder& b) {
        add_texture(b, {{"uri", "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAA"}});
      },
+     {"image 0: cannot be decoded: is cut off"}},
+    {"image of a wrong checksum",
+     [](GltfBuilder& b) {
+       add_texture(b, {{"uri",
+                        "data:image/"
+                        "png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptUAAAACklEQVR4nGNgAAAAAgABSK+"
+                        "kcQAAAABJRU5ErkJggg=="}});
+     },
+     {"image 0: cannot be decoded: the checksum of a chunk is wrong"}},
+    {"image with broken pixels",
+     [](GltfBuilder& b) {
+       add_texture(
+           b,
+           {{"uri",
+             "data:image/"
+             "png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAAAAADRSSBWAAAAB0lEQVRnYXJiYWdliKMwNwAAAABJRU5ErkJggg=="}});
+     },
      {"image 0: cannot be decoded"}},
-    // Width 100000, height 1, checksum right.
+    {"image without pixels",
+     [](GltfBuilder& b) {
+       add_texture(
+           b, {{"uri",
+                "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAAAAAABCAAAAADVvPBrAAAAAElEQVQ1rwYeAAAAAElFTkSuQmCC"}});
+     },
+     {"image 0: is 0 x 1 pixels"}},
     {"image is too wide",
      [](GltfBuilder& b) {
-       add_texture(b, {{"uri", "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgABhqAAAAABCAAAAACKezGuAAAAAElFTkSuQmCC"}});
+       add_texture(
+           b, {{"uri",
+                "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgABhqAAAAABCAAAAAB4FUkJAAAAAElEQVQ1rwYeAAAAAElFTkSuQmCC"}});
      },
-     {"image 0: "}},
+     {"image 0: is 100000 x 1 pixels; 1 to 16384 on a side are supported"}},
+    {"image is too large",
+     [](GltfBuilder& b) {
+       add_texture(
+           b, {{"uri",
+                "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAQAAAAEAACAAAAACMo09YAAAAAElEQVQ1rwYeAAAAAElFTkSuQmCC"}});
+     },
+     {"image 0: the images of the file have too many pixels in total"}},
     {"wrap mode",
      [](GltfBuilder& b) {
        add_texture(b, {{"uri", "x"}});
