@@ -26,6 +26,8 @@ struct BvhDraft {
 };
 
 BvhDraft draft_binned_sah(const TriangleSet& set);
+/// The same over boxes of anything, with at most `max_leaf` of them a leaf.
+BvhDraft draft_binned_sah(const std::vector<Box>& boxes, std::uint32_t max_leaf);
 BvhDraft draft_kay_kajiya(const TriangleSet& set);
 BvhDraft draft_goldsmith_salmon(const TriangleSet& set);
 

@@ -14,12 +14,12 @@ constexpr std::uint32_t kMaxLeaf = 8;
 
 class Builder {
  public:
-  explicit Builder(const TriangleSet& set) {
-    draft.order.resize(set.triangles.size());
+  Builder(const std::vector<Box>& boxes, std::uint32_t max_leaf) : boxes_(boxes), max_leaf_(max_leaf) {
+    draft.order.resize(boxes.size());
     std::iota(draft.order.begin(), draft.order.end(), 0u);
-    for (const Triangle& t : set.triangles) boxes_.push_back(t.box()), centers_.push_back(boxes_.back().center());
+    for (const Box& box : boxes) centers_.push_back(box.center());
     draft.nodes.emplace_back();
-    std::vector<Task> todo{{0, 0, static_cast<std::uint32_t>(set.triangles.size())}};
+    std::vector<Task> todo{{0, 0, static_cast<std::uint32_t>(boxes.size())}};
     while (!todo.empty()) {
       const Task task = todo.back();
       todo.pop_back();
@@ -79,11 +79,11 @@ class Builder {
       }
     }
     if (best_axis < 0) {  // all centroids coincide
-      return count <= kMaxLeaf ? first : first + count / 2;
+      return count <= max_leaf_ ? first : first + count / 2;
     }
     const double area = box.half_area();
     const double split_cost = 2.0 * kTraversalCost + (area > 0.0 ? kIntersectionCost * best_cost / area : 0.0);
-    if (count <= kMaxLeaf && split_cost >= kIntersectionCost * count) return first;
+    if (count <= max_leaf_ && split_cost >= kIntersectionCost * count) return first;
     const auto middle = std::partition(draft.order.begin() + first, draft.order.begin() + last,
                                        [&](std::uint32_t t) { return bin_of(t, best_axis, centers) <= best_bin; });
     return static_cast<std::uint32_t>(middle - draft.order.begin());
@@ -93,12 +93,22 @@ class Builder {
     return std::min(kBins - 1, static_cast<int>(x * kBins));
   }
 
-  std::vector<Box> boxes_;
+  const std::vector<Box>& boxes_;
+  std::uint32_t max_leaf_;
   std::vector<glm::dvec3> centers_;
 };
 
 }  // namespace
 
-BvhDraft draft_binned_sah(const TriangleSet& set) { return Builder(set).draft; }
+BvhDraft draft_binned_sah(const TriangleSet& set) {
+  std::vector<Box> boxes;
+  boxes.reserve(set.triangles.size());
+  for (const Triangle& t : set.triangles) boxes.push_back(t.box());
+  return draft_binned_sah(boxes, kMaxLeaf);
+}
+
+BvhDraft draft_binned_sah(const std::vector<Box>& boxes, std::uint32_t max_leaf) {
+  return Builder(boxes, max_leaf).draft;
+}
 
 }  // namespace retrace::accel

@@ -32,6 +32,7 @@ class KdTree {
   std::size_t triangles() const { return triangles_.size(); }
   std::size_t references() const { return references_.size(); }
   const Triangle& triangle(std::uint32_t i) const { return triangles_[i]; }
+  std::uint32_t reference(const Leaf& leaf, std::uint32_t i) const { return references_[leaf.first + i]; }
 
   // Reading memory: what a walk touches, at the image's own addresses.
   void touch_pair(Probe& probe, std::uint32_t node) const { probe.touch(pair_base_ + (node >> 1) * 16ull, 16); }

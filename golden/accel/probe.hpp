@@ -71,8 +71,10 @@ class Probe {
 
   void begin_ray() {
     mailbox_.begin_ray();
-    if (log_) log_->begin_ray();
+    if (log_ && !nested_) log_->begin_ray();
   }
+  /// While true, begin_ray() is that of an object inside a scene: the mailbox forgets, the ray is still the same.
+  void nest(bool nested) { nested_ = nested; }
   void touch(std::uint64_t address, std::uint32_t bytes) {
     work.bytes += bytes;
     if (log_) log_->add(address, bytes);
@@ -94,6 +96,7 @@ class Probe {
  private:
   Mailbox mailbox_;
   AccessLog* log_ = nullptr;
+  bool nested_ = false;
 };
 
 /// Ray clipped to a box: reciprocals and the interval inside. `ok` is false if the ray misses the box.
