@@ -26,7 +26,7 @@ glm::vec3 average_emission(const Surfaces& surfaces, std::uint32_t id) {
     hit.id = id;
     hit.u = w.x;
     hit.v = w.y;
-    sum += surfaces.at(hit, glm::dvec3(0, 0, 1)).emissive;
+    sum += surfaces.at(hit, -surfaces.front(id)).emissive;
   }
   return sum / static_cast<float>(kWhere.size());
 }
@@ -46,6 +46,7 @@ Lighting::Lighting(const Surfaces& surfaces, const ViewCamera& camera, LightChoi
   const Scene& scene = surfaces.scene();
   // Closer than this a point light or emitter counts as being this far: keeps one sample from outshining the picture.
   closest2_ = std::pow(0x1p-9 / surfaces.grid().transform.scale, 2);
+  clearance_ = 0x1p-12 / surfaces.grid().transform.scale;
 
   double total_area = 0, emissive_area = 0;
   if (choice != LightChoice::kRig) {
@@ -71,15 +72,16 @@ Lighting::Lighting(const Surfaces& surfaces, const ViewCamera& camera, LightChoi
     for (const GridTriangle& triangle : surfaces.grid().triangles) {
       if (!emits) break;
       const glm::dvec3 p0 = surfaces.vertex(triangle.id, 0), e1 = surfaces.vertex(triangle.id, 1) - p0,
-                       e2 = surfaces.vertex(triangle.id, 2) - p0, n = glm::cross(e1, e2);
-      const double area = 0.5 * glm::length(n);
+                       e2 = surfaces.vertex(triangle.id, 2) - p0;
+      const double area = 0.5 * glm::length(glm::cross(e1, e2));
       total_area += area;
       const std::uint32_t material = surfaces.primitive(triangle.id).material;
       if (material >= scene.materials.size() || !(luminance(scene.materials[material].emissive) > 0)) continue;
       const glm::vec3 radiance = average_emission(surfaces, triangle.id);
       if (!(luminance(radiance) > 1e-3f)) continue;
       emissive_area += area;
-      emitters_.push_back({p0, e1, e2, glm::normalize(n), radiance, area});
+      emitters_.push_back({p0, e1, e2, surfaces.front(triangle.id), radiance, area,
+                           scene.materials[material].double_sided});
     }
   }
   // A file with punctual lights has put them where its lamps are, and then glowing surfaces are only seen, as in other glTF viewers.
@@ -131,8 +133,10 @@ LightSample Lighting::from_lamp(const Lamp& lamp, const glm::dvec3& position, co
   const glm::dvec3 to = lamp.position - position;
   const double d2 = glm::dot(to, to);
   if (!(d2 > 0)) return sample;
-  sample.distance = std::sqrt(d2);
-  sample.direction = to / sample.distance;
+  const double distance = std::sqrt(d2);
+  sample.direction = to / distance;
+  // Lamps are put on the surfaces of their models; the shadow ray ends in front of those.
+  sample.distance = std::max(distance - clearance_, 0.5 * distance);
   double factor = 1.0 / std::max(d2, closest2_);
   if (lamp.range > 0) {
     const double q = d2 / (lamp.range * lamp.range);
@@ -150,6 +154,7 @@ LightSample Lighting::from_lamp(const Lamp& lamp, const glm::dvec3& position, co
 void Lighting::sample(const SurfacePoint& point, int area_samples, std::uint32_t index, std::uint32_t seed,
                       std::vector<LightSample>& samples) const {
   samples.clear();
+  const glm::dvec3 from = point.position + point.geometric * offset_;  // where Surfaces::leave starts
   const auto useful = [&](const LightSample& s) {
     return luminance(s.irradiance) > 0 && glm::dot(s.direction, point.geometric) > 0;
   };
@@ -157,7 +162,7 @@ void Lighting::sample(const SurfacePoint& point, int area_samples, std::uint32_t
     for (std::size_t i = 0; i < lamps_.size(); ++i) {
       const auto number = static_cast<std::uint32_t>(i);
       const glm::dvec2 random = lamps_[i].radius > 0 ? sample_2d(index, hash_combine(seed, 0x4c41u + number)) : glm::dvec2(0.5);
-      const LightSample s = from_lamp(lamps_[i], point.position, random);
+      const LightSample s = from_lamp(lamps_[i], from, random);
       if (useful(s)) samples.push_back(s);
     }
   } else {
@@ -166,7 +171,7 @@ void Lighting::sample(const SurfacePoint& point, int area_samples, std::uint32_t
     std::vector<LightSample> all;
     double sum = 0;
     for (const Lamp& lamp : lamps_) {
-      all.push_back(from_lamp(lamp, point.position, glm::dvec2(0.5)));
+      all.push_back(from_lamp(lamp, from, glm::dvec2(0.5)));
       const LightSample& s = all.back();
       sums.push_back(sum += useful(s) ? luminance(s.irradiance) * glm::dot(s.direction, point.geometric) : 0.0);
     }
@@ -192,11 +197,12 @@ void Lighting::sample(const SurfacePoint& point, int area_samples, std::uint32_t
     glm::dvec2 r = sample_2d(number, hash_combine(seed, 0x5051u));
     const double root = std::sqrt(r.x);
     glm::dvec3 target = emitter.corner + emitter.edge1 * (1.0 - root) + emitter.edge2 * (root * r.y);
-    glm::dvec3 to = target - point.position;
+    glm::dvec3 to = target - from;
     double cosine = glm::dot(to, emitter.normal);
+    if (cosine >= 0 && !emitter.both_sides) continue;
     // The shadow ray ends in front of the emitter, by the offset that secondary rays start with.
     target -= emitter.normal * std::copysign(offset_, cosine);
-    to = target - point.position;
+    to = target - from;
     const double d2 = glm::dot(to, to), distance = std::sqrt(d2);
     if (!(distance > 0)) continue;
     cosine = std::fabs(glm::dot(to, emitter.normal)) / distance;

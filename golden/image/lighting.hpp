@@ -60,13 +60,14 @@ class Lighting {
     glm::dvec3 corner{0.0}, edge1{0.0}, edge2{0.0}, normal{0.0};
     glm::vec3 radiance{0.0f};
     double area = 0.0;
+    bool both_sides = false;
   };
   LightSample from_lamp(const Lamp& lamp, const glm::dvec3& position, const glm::dvec2& random) const;
 
   std::vector<Lamp> lamps_;
   std::vector<Emitter> emitters_;
   std::vector<double> cumulative_;  ///< of area times luminance, by emitter; last is the total
-  double offset_ = 0.0, closest2_ = 0.0;
+  double offset_ = 0.0, clearance_ = 0.0, closest2_ = 0.0;
   bool rig_ = false, indoors_ = false;
 };
 

@@ -515,7 +515,7 @@ Raster develop(const RenderResult& result, double exposure) {
     const int y = static_cast<int>(row);
     // The backdrop is part of the picture, not of the light: the same for every exposure. Neutral, darker above.
     const float height = (static_cast<float>(y) + 0.5f) / static_cast<float>(color.height);
-    const glm::vec3 backdrop = glm::mix(glm::vec3(0.60f, 0.64f, 0.69f), glm::vec3(0.88f, 0.89f, 0.90f), height);
+    const glm::vec3 backdrop = glm::mix(glm::vec3(0.30f, 0.34f, 0.39f), glm::vec3(0.72f, 0.74f, 0.76f), height);
     for (int x = 0; x < color.width; ++x) {
       const float* p = color.at(x, y);
       const float cover = glm::clamp(p[3], 0.0f, 1.0f);

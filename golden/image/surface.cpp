@@ -89,9 +89,16 @@ Surfaces::Surfaces(const Scene& scene, const WorldTriangles& world, const GridSc
   for (const glm::dmat4& matrix : scene.world_transforms()) {
     const glm::dmat3 linear(matrix);
     // A singular transform has no normal matrix; its triangles keep their geometric normals.
+    mirrors_.push_back(glm::determinant(linear) < 0.0);
     normal_matrix_.push_back(glm::determinant(linear) != 0.0 ? glm::transpose(glm::inverse(linear)) : glm::dmat3(0.0));
   }
   for (const Material& material : scene.materials) transparent_ = transparent_ || material.alpha != Material::Alpha::kOpaque;
+}
+
+glm::dvec3 Surfaces::front(std::uint32_t id) const {
+  const glm::dvec3 p0 = vertex(id, 0);
+  const glm::dvec3 n = glm::normalize(glm::cross(vertex(id, 1) - p0, vertex(id, 2) - p0));
+  return mirrors_[world_.sources[id].node] ? -n : n;
 }
 
 const Primitive& Surfaces::primitive(std::uint32_t id) const {
@@ -139,7 +146,8 @@ SurfacePoint Surfaces::at(const Hit& hit, const glm::dvec3& direction) const {
   const glm::dvec3 p0 = vertex(hit.id, 0), p1 = vertex(hit.id, 1), p2 = vertex(hit.id, 2);
   point.position = p0 * b.x + p1 * b.y + p2 * b.z;
   point.geometric = glm::normalize(glm::cross(p1 - p0, p2 - p0));
-  if (glm::dot(point.geometric, direction) > 0) point.geometric = -point.geometric;
+  const bool turned = glm::dot(point.geometric, direction) > 0;
+  if (turned) point.geometric = -point.geometric;
   point.normal = point.geometric;
   if (!shape.normals.empty()) {
     const glm::dvec3 n = normal_matrix_[source.node] * glm::dvec3(blend(shape.normals, corners, b));
@@ -160,7 +168,8 @@ SurfacePoint Surfaces::at(const Hit& hit, const glm::dvec3& direction) const {
     point.base.a = point.base.a < material.alpha_cutoff ? 0.0f : 1.0f;
   }
   point.base = glm::clamp(point.base, 0.0f, 1.0f);
-  point.emissive = material.emissive;
+  const bool back = turned != (mirrors_[source.node] != 0);
+  point.emissive = back && !material.double_sided ? glm::vec3(0.0f) : material.emissive;
   if (material.emissive_texture < scene_.textures.size()) {
     point.emissive *= glm::vec3(sample_texture(scene_.textures[material.emissive_texture],
                                                texcoord_of(shape, material.emissive_texcoord, corners, b)));

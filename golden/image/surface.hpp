@@ -25,7 +25,7 @@ struct SurfacePoint {
   glm::dvec3 normal{0.0};           ///< interpolated unit normal on that side
   glm::vec2 texcoord{0.0f};
   glm::vec4 base{1.0f};             ///< base colour, linear; alpha is 1 for opaque materials, 0 or 1 for masked ones
-  glm::vec3 emissive{0.0f};
+  glm::vec3 emissive{0.0f};         ///< 0 on the back of a single-sided material
   float metallic = 0.0f, roughness = 1.0f;
 };
 
@@ -42,6 +42,8 @@ class Surfaces {
   glm::dvec3 file_barycentrics(const Hit& hit) const;
   /// Vertex of a snapped triangle in world units.
   glm::dvec3 vertex(std::uint32_t id, int corner) const;
+  /// Unit normal of the side that glTF calls the front: counter-clockwise, the other way round where the node mirrors.
+  glm::dvec3 front(std::uint32_t id) const;
   /// Whether any material may let a ray through.
   bool transparent() const { return transparent_; }
   bool transparent(std::uint32_t id) const;
@@ -64,6 +66,7 @@ class Surfaces {
   std::vector<std::uint32_t> index_;       ///< triangle id to index into grid_.triangles
   std::vector<std::uint8_t> order_;        ///< by that index: file vertices of the record's vertices 1 and 2, two bits each
   std::vector<glm::dmat3> normal_matrix_;  ///< by node
+  std::vector<std::uint8_t> mirrors_;      ///< by node
   bool transparent_ = false;
 };
 
