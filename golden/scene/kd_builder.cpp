@@ -27,6 +27,8 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <span>
+#include <utility>
 
 namespace retrace {
 namespace {
