@@ -11,28 +11,56 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "golden/scene/kd_builder.hpp"
+#include "scene_vectors.hpp"
+#include "scenes/open_scene.hpp"
 #include "stage_bench.hpp"
-#include "testbench/csim/random.hpp"
+#include "testbench/csim/test_rays.hpp"
 
-int main(int argc, char** argv) {
-  using namespace retrace::cosim;
+namespace {
+
+using namespace retrace::cosim;
+
+int run(int argc, char** argv) {
   CLI::App app{"RTL stages against the HLS functions"};
   std::vector<std::string> stages = stage_names();
   std::vector<std::string> modes = stall_mode_names();
   std::uint64_t vectors = 1'000'000, batch = 1'000'000, seed = retrace::test_seed();
   unsigned threads = std::max(1u, std::thread::hardware_concurrency());
   bool json = false;
+  std::string scene;
+  std::size_t rays = 2000;
   app.add_option("--stage", stages, "stages to run")->check(CLI::IsMember(stage_names()));
   app.add_option("--mode", modes, "stalls")->check(CLI::IsMember(stall_mode_names()));
   app.add_option("--vectors", vectors, "vectors a stage, over all modes")->check(CLI::PositiveNumber);
   app.add_option("--batch", batch, "vectors a seed")->check(CLI::PositiveNumber);
   app.add_option("--seed", seed, "seed of the first batch (or RETRACE_SEED)");
   app.add_option("--threads", threads, "threads")->check(CLI::Range(1, 1024));
+  app.add_option("--scene", scene,
+                 "a scene (file, or NAME[:key=value...]): record what its rays give to the stages, and use that, once "
+                 "in each mode");
+  app.add_option("--rays", rays, "rays through the scene")->check(CLI::PositiveNumber);
   app.add_flag("--json", json, "result as JSON: latency and interval as measured, vectors, vectors a second");
   CLI11_PARSE(app, argc, argv);
 
+  SceneVectors walks;
+  if (!scene.empty()) {
+    const retrace::GridScene grid = retrace::snap(retrace::flatten(retrace::open_scene(scene)));
+    const retrace::MemoryImage image = retrace::build_kd(grid);
+    retrace::Random random(seed);
+    record_walks(image, retrace::make_test_rays(grid, image, rays, random), walks);
+  }
+
   std::vector<StageRun> runs;
   for (const auto& stage : stages) {
+    if (!scene.empty()) {
+      for (const auto& name : modes) {
+        const auto mode =
+            std::find(stall_mode_names().begin(), stall_mode_names().end(), name) - stall_mode_names().begin();
+        runs.push_back({stage, static_cast<StallMode>(mode), seed, vectors_of(walks, stage), &walks});
+      }
+      continue;
+    }
     std::uint64_t left = vectors, batch_seed = seed;
     for (std::size_t turn = 0; left > 0; ++turn) {
       const auto& name = modes[turn % modes.size()];
@@ -97,4 +125,15 @@ int main(int argc, char** argv) {
   }
   if (json) std::printf("%s\n", report.dump(2).c_str());
   return failed ? 1 : 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "rtl_stages: %s\n", error.what());
+    return 1;
+  }
 }

@@ -6,8 +6,10 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "boundary_vectors.hpp"
 #include "clocked.hpp"
 #include "hold_off.hpp"
+#include "scene_vectors.hpp"
 #include "stage_functions.hpp"
 #include "testbench/csim/stage_vectors.hpp"
 #include "Vrt_hit_finish.h"
@@ -98,12 +100,16 @@ int used_bits() {
 template <typename Record>
 class Vectors {
  public:
-  Vectors(std::uint64_t seed, Record (*directed)(Random&))
-      : directed_(directed), slow_(seed), fast_(seed), bits_(used_bits<Record>()) {
+  Vectors(std::uint64_t seed, Record (*directed)(Random&), const std::vector<Record>* recorded)
+      : directed_(directed), recorded_(recorded), slow_(seed), fast_(seed), bits_(used_bits<Record>()) {
     for (auto& record : pool_) record = directed_(slow_);
   }
 
   void next(std::array<std::uint64_t, Record::kWords>& words) {
+    if (recorded_ && next_recorded_ < recorded_->size()) {
+      (*recorded_)[next_recorded_++].pack(words.data());
+      return;
+    }
     const std::uint32_t choice = fast_.below(16);
     Record& base = pool_[fast_.below(kPool)];
     if (choice == 0) base = directed_(slow_);
@@ -118,6 +124,8 @@ class Vectors {
  private:
   static constexpr std::uint32_t kPool = 256;
   Record (*directed_)(Random&);
+  const std::vector<Record>* recorded_;
+  std::size_t next_recorded_ = 0;
   Random slow_;
   FastRandom fast_;
   int bits_;
@@ -163,14 +171,15 @@ HoldOff sink_of(const StageRun& run) {
 }
 
 template <typename Model, typename In, typename Out>
-StageResult run_model(const StageRun& run, In (*directed)(Random&), Out (*reference)(const In&)) {
+StageResult run_model(const StageRun& run, In (*directed)(Random&), Out (*reference)(const In&),
+                      std::vector<In> SceneVectors::*recorded) {
   constexpr std::size_t kRing = 256;  // more than any stage holds
   struct Expected {
     std::array<std::uint64_t, In::kWords> input;
     std::array<std::uint64_t, Out::kWords> output;
   };
   std::vector<Expected> ring(kRing);
-  Vectors<In> vectors(run.seed, directed);
+  Vectors<In> vectors(run.seed, directed, run.scene ? &(run.scene->*recorded) : nullptr);
   HoldOff source = source_of(run), sink = sink_of(run);
   Clocked<Model> bench(run.seed);
   bench->in_valid_i = 0;
@@ -252,6 +261,19 @@ StageResult run_model(const StageRun& run, In (*directed)(Random&), Out (*refere
   return result;
 }
 
+/// Every kind of tri_test vector.
+contract::TriTestInRecord mixed_tri_test_vector(Random& random) {
+  switch (random.below(4)) {
+    case 0:
+      return tri_test_rounding_vector(random);
+    case 1:
+    case 2:
+      return tri_test_boundary_vector(random);
+    default:
+      return tri_test_vector(random);
+  }
+}
+
 }  // namespace
 
 const std::vector<std::string>& stage_names() {
@@ -266,13 +288,29 @@ const std::vector<std::string>& stall_mode_names() {
 }
 
 StageResult run_stage(const StageRun& run) {
-  if (run.stage == "ray_setup") return run_model<Vrt_ray_setup>(run, ray_setup_vector, hls_ray_setup);
-  if (run.stage == "kd_descend") return run_model<Vrt_kd_descend>(run, kd_descend_vector, hls_kd_descend);
-  if (run.stage == "leaf_exit") return run_model<Vrt_leaf_exit>(run, leaf_exit_vector, hls_leaf_exit);
-  if (run.stage == "kd_backtrack") return run_model<Vrt_kd_backtrack>(run, kd_backtrack_vector, hls_kd_backtrack);
-  if (run.stage == "tri_test") return run_model<Vrt_tri_test>(run, tri_test_vector, hls_tri_test);
-  if (run.stage == "hit_finish") return run_model<Vrt_hit_finish>(run, hit_finish_vector, hls_hit_finish);
+  if (run.stage == "ray_setup")
+    return run_model<Vrt_ray_setup>(run, ray_setup_vector, hls_ray_setup, &SceneVectors::ray_setup);
+  if (run.stage == "kd_descend")
+    return run_model<Vrt_kd_descend>(run, kd_descend_vector, hls_kd_descend, &SceneVectors::kd_descend);
+  if (run.stage == "leaf_exit")
+    return run_model<Vrt_leaf_exit>(run, leaf_exit_vector, hls_leaf_exit, &SceneVectors::leaf_exit);
+  if (run.stage == "kd_backtrack")
+    return run_model<Vrt_kd_backtrack>(run, kd_backtrack_vector, hls_kd_backtrack, &SceneVectors::kd_backtrack);
+  if (run.stage == "tri_test")
+    return run_model<Vrt_tri_test>(run, mixed_tri_test_vector, hls_tri_test, &SceneVectors::tri_test);
+  if (run.stage == "hit_finish")
+    return run_model<Vrt_hit_finish>(run, hit_finish_vector, hls_hit_finish, &SceneVectors::hit_finish);
   throw std::invalid_argument("unknown stage: " + run.stage);
+}
+
+std::uint64_t vectors_of(const SceneVectors& scene, const std::string& stage) {
+  if (stage == "ray_setup") return scene.ray_setup.size();
+  if (stage == "kd_descend") return scene.kd_descend.size();
+  if (stage == "leaf_exit") return scene.leaf_exit.size();
+  if (stage == "kd_backtrack") return scene.kd_backtrack.size();
+  if (stage == "tri_test") return scene.tri_test.size();
+  if (stage == "hit_finish") return scene.hit_finish.size();
+  throw std::invalid_argument("unknown stage: " + stage);
 }
 
 std::string command_of(const StageRun& run) {

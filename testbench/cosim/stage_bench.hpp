@@ -10,6 +10,8 @@ namespace retrace::cosim {
 /// The stages in the order of a ray's way through them.
 const std::vector<std::string>& stage_names();
 
+struct SceneVectors;
+
 enum class StallMode {
   kNone,          ///< both sides always active: the stage must take an input every interval
   kRandom,        ///< both sides held off at random
@@ -22,6 +24,7 @@ struct StageRun {
   StallMode mode = StallMode::kNone;
   std::uint64_t seed = 0;
   std::uint64_t vectors = 0;
+  const SceneVectors* scene = nullptr;  ///< if given, its vectors are used first, once each
 };
 
 struct StageResult {
@@ -34,6 +37,9 @@ struct StageResult {
   bool refused = false;   ///< the stage did hold off its input at some point
   std::string failure;    ///< empty, or what went wrong, with the vector
 };
+
+/// Vectors that a scene holds for a stage.
+std::uint64_t vectors_of(const SceneVectors& scene, const std::string& stage);
 
 /// Runs one model in the calling thread. The same StageRun gives the same vectors and stalls. Throws
 /// std::invalid_argument for an unknown stage.

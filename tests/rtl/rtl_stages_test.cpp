@@ -5,9 +5,13 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "golden/scene/kd_builder.hpp"
+#include "scenes/open_scene.hpp"
 #include "testbench/cosim/clocked.hpp"
+#include "testbench/cosim/scene_vectors.hpp"
 #include "testbench/cosim/stage_bench.hpp"
 #include "testbench/csim/random.hpp"
+#include "testbench/csim/test_rays.hpp"
 #include "Vtb_lib.h"
 
 namespace retrace::cosim {
@@ -55,6 +59,28 @@ TEST_P(RtlStages, EqualHlsUnderFullBackPressure) {
   EXPECT_TRUE(result.refused) << "the stage never filled up";
   if (stated_interval() == 1) {
     EXPECT_EQ(result.bubbles, 0u) << "a stall cost more than its own clocks";
+  }
+}
+
+// Rays that look for trouble, through scenes that make it.
+TEST_P(RtlStages, EqualHlsOnWalksThroughAdversarialScenes) {
+  static const SceneVectors walks = [] {
+    SceneVectors vectors;
+    Random random(test_seed());
+    for (const char* name :
+         {"needles", "slivers", "coincident", "degenerate", "one", "none", "sphere:cells=12", "box"}) {
+      const GridScene scene = snap(flatten(open_scene(name)));
+      const MemoryImage image = build_kd(scene);
+      record_walks(image, make_test_rays(scene, image, 400, random), vectors);
+    }
+    return vectors;
+  }();
+  const std::uint64_t count = vectors_of(walks, GetParam());
+  ASSERT_GT(count, 1000u);
+  for (const auto mode : {StallMode::kNone, StallMode::kRandom, StallMode::kBackPressure}) {
+    const StageResult result = run_stage({GetParam(), mode, test_seed(), count, &walks});
+    EXPECT_EQ(result.failure, "");
+    EXPECT_EQ(result.vectors, count);
   }
 }
 

@@ -1,0 +1,177 @@
+"""Mutants of the RTL: each patches one rule in a copy, verilates the models that contain it, links the tests against those and expects a failure.
+
+The tests and everything but the mutated model come from an existing Ninja build, so a mutant costs one verilation and one link.
+"""
+import argparse
+import glob
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+# (what is broken, file below rtl/, old text, new text, models to verilate, tests that must notice)
+STAGE = {name: ("rt_" + name, "rtl_stages_test", "*" + name) for name in
+         ("ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish")}
+LIB = ("tb_lib", "rtl_lib_test", "*")
+
+MUTANTS = [
+    # Roundings and saturations.
+    ("t_plane rounds toward zero", "stages/rt_t_plane.sv", "shifted_q    <= product >>> shift;",
+     "shifted_q    <= (product + (product < 0 ? ((ProductBits'(1) <<< shift) - 1'b1) : '0)) >>> shift;", STAGE["kd_descend"]),
+    ("t_plane wraps instead of saturating", "stages/rt_t_plane.sv", "t_q          <= fits ?", "t_q          <= 1'b1 ?", STAGE["leaf_exit"]),
+    ("a row product truncates", "stages/rt_row_product.sv", "+ (rounded_t'(1) <<< HalfShift);", ";", STAGE["tri_test"]),
+    ("ties of a row product go down", "stages/rt_row_product.sv", "(low_q + high_q) >>> RowShift", "(low_q + high_q - 1'b1) >>> RowShift",
+     STAGE["tri_test"]),
+    ("V is aligned with a logical shift", "stages/rt_tri_test.sv", "edge_v_q >>> difference", "edge_v_q >> difference", STAGE["tri_test"]),
+    ("the reciprocal wraps at a power of two", "stages/rt_ray_setup.sv", "unsigned_reciprocal = {1'b0, quotient}",
+     "unsigned_reciprocal = {1'b0, overflow_unused ? QuotBits'(0) : quotient}", STAGE["ray_setup"]),
+    ("a barycentric saturates below 1", "stages/rt_hit_finish.sv", "value = {1'b1, {QuotBits{1'b0}}}", "value = {1'b0, quotient}", STAGE["hit_finish"]),
+    ("bits shifted out of a barycentric are lost", "stages/rt_hit_finish.sv", "verdict_3q.over || lost_q != '0", "verdict_3q.over",
+     STAGE["hit_finish"]),
+    ("a quotient bit is wrong where remainder and divisor are equal", "lib/rt_div.sv", "difference = wide - {1'b0, den_q[i]};",
+     "difference = wide - {1'b0, den_q[i]}; if (difference == '0) difference = '1;", LIB),
+    ("the low partial product is missing", "lib/rt_mul.sv", "outer_q    <= {high_q, low_q};", "outer_q    <= {high_q, {(2 * PieceBits) {1'b0}}};", LIB),
+    # Ties and bounds.
+    ("a tie goes near", "stages/rt_kd_descend.sv", "late.t < plane", "late.t <= plane", STAGE["kd_descend"]),
+    ("an origin in the split plane goes left", "stages/rt_kd_descend.sv", "in_data_i.origin < in_data_i.split", "in_data_i.origin <= in_data_i.split",
+     STAGE["kd_descend"]),
+    ("the highest axis wins a tie", "stages/rt_leaf_exit.sv", "t_plane[1] < t_plane[0]", "t_plane[1] <= t_plane[0]", STAGE["leaf_exit"]),
+    ("an exit at t counts as broken", "stages/rt_leaf_exit.sv", "t_plane[axis] < late.t", "t_plane[axis] <= late.t", STAGE["leaf_exit"]),
+    ("axes of direction zero exit", "stages/rt_leaf_exit.sv", "if (!sides_q.zero[2]) begin", "begin", STAGE["leaf_exit"]),
+    ("the far child turns as well", "stages/rt_kd_backtrack.sv", "&& right != upper", "", STAGE["kd_backtrack"]),
+    ("a match at the root ends the ray", "stages/rt_kd_backtrack.sv", "!turn_d.matched && in_data_i.parent == '0", "in_data_i.parent == '0",
+     STAGE["kd_backtrack"]),
+    ("U at its lower end is outside", "stages/rt_tri_test.sv", "edge_u_q >= -rt_contract_pkg::EpsUv", "edge_u_q > -rt_contract_pkg::EpsUv",
+     STAGE["tri_test"]),
+    ("V at its upper end is outside", "stages/rt_tri_test.sv", "edge_v_q <= EdgeBits'(highest_v_q)", "edge_v_q < EdgeBits'(highest_v_q)",
+     STAGE["tri_test"]),
+    ("W at its end is outside", "stages/rt_tri_test.sv", "rest_q >= SumBits'(aligned_v_q)", "rest_q > SumBits'(aligned_v_q)", STAGE["tri_test"]),
+    ("a hit at t = 0 is lost", "stages/rt_tri_test.sv", "oz_q <= 0", "oz_q < 0", STAGE["tri_test"]),
+    ("t = 8 is a hit", "stages/rt_tri_test.sv", "unsigned'(height_q) < {", "unsigned'(height_q) <= {", STAGE["tri_test"]),
+    ("an origin on the box is outside", "stages/rt_ray_setup.sv", "origin > upper", "origin >= upper", STAGE["ray_setup"]),
+    # Handshakes.
+    ("a result too many is admitted", "lib/rt_pipe_ctrl.sv", "credit_q    <= CountBits'(Credits);", "credit_q    <= CountBits'(Credits + 1);", LIB),
+    ("a stage takes inputs without credit", "lib/rt_pipe_ctrl.sv", "in_ready_q  <= credit_d != '0 && !busy_next;", "in_ready_q  <= !busy_next;",
+     STAGE["kd_descend"]),
+    ("a credit too few costs throughput", "lib/rt_lib_pkg.sv", "return (latency + 2 + interval - 1) / interval;",
+     "return (latency + 1 + interval - 1) / interval;", STAGE["tri_test"]),
+    ("a shared datapath takes its next input too early", "lib/rt_pipe_ctrl.sv", "assign busy_next = enter || wait_q > WaitBits'(1);",
+     "assign busy_next = enter && wait_q > WaitBits'(1);", STAGE["hit_finish"]),
+    ("the tag of the wrong clock", "lib/rt_pipe_ctrl.sv", "if (enter) begin\n      tag_mem_q", "if (in_valid_i) begin\n      tag_mem_q",
+     STAGE["leaf_exit"]),
+    ("the skid buffer takes a word it has no room for", "lib/rt_skid.sv", "assign in_ready_o  = !spill_valid_q;", "assign in_ready_o  = 1'b1;", LIB),
+    ("a full FIFO takes a word", "lib/rt_fifo.sv", "full_q  <= usage_d == UsageBits'(Depth);", "full_q  <= 1'b0;", LIB),
+    ("a block RAM FIFO reads ahead too far", "lib/rt_fifo.sv", "ahead_q != 2'(OutputBuffer)", "1'b1", LIB),
+    ("the arbiter changes its mind", "lib/rt_arbiter.sv", "locked_q <= !(out_ready_i && in_last_i[index]);", "locked_q <= 1'b0;", LIB),
+    ("the arbiter always prefers the lowest input", "lib/rt_arbiter.sv", "after_q[i] <= i > int'(index);", "after_q[i] <= 1'b1;", LIB),
+    ("the sequential divider forgets to wait for its output", "lib/rt_div_seq.sv", "default: if (out_ready_i) state_q <= Idle;",
+     "default: state_q <= Idle;", LIB),
+    ("the RAM does not forward", "lib/rt_ram_sdp.sv", "use_forward_q ? forward_q : read_q", "read_q", LIB),
+]
+
+SOURCES = ["pkg/rt_contract_pkg.sv", "lib/rt_lib_pkg.sv", "stages/rt_stage_pkg.sv"]
+
+
+def run(command, **options):
+    return subprocess.run(command, capture_output=True, text=True, **options)
+
+
+def link_command(build, target):
+    commands = run(["ninja", "-C", build, "-t", "commands", target]).stdout.strip().splitlines()
+    line = [c for c in commands if re.search(r" -o \S*%s( |$)" % target, c)][-1]
+    return line.split("&&")[1].strip()
+
+
+def check(mutant, build, work, links, vectors):
+    """Returns (name, seconds, the tests that failed) or raises on a mutant that could not be made."""
+    name, path, old, new, (model, test, pattern) = mutant
+    start = time.monotonic()
+    folder = os.path.join(work, re.sub(r"\W+", "_", name))
+    shutil.rmtree(folder, ignore_errors=True)
+    shutil.copytree("rtl", os.path.join(folder, "rtl"))
+    target = os.path.join(folder, "rtl", path)
+    with open(target) as file:
+        text = file.read()
+    if text.count(old) < 1:
+        raise RuntimeError("%s: text not found in %s: %s" % (name, path, old))
+    with open(target, "w") as file:
+        file.write(text.replace(old, new))
+
+    rtl = os.path.join(folder, "rtl")
+    top = "testbench/cosim/sv/%s.sv" % model if model.startswith("tb_") else "%s/stages/%s.sv" % (rtl, model)
+    objects = os.path.join(folder, "obj")
+    step = run(["verilator", "--cc", "--assert", "-O3", "--x-assign", "fast", "--x-initial", "unique", "-Wno-fatal", "-Wno-lint",
+                "-y", rtl + "/lib", "-y", rtl + "/stages", "+incdir+" + rtl + "/lib", "--Mdir", objects, "--prefix", "V" + model,
+                "--top-module", model, *[os.path.join(rtl, s) for s in SOURCES], top])
+    if step.returncode != 0:
+        raise RuntimeError("%s: verilator: %s" % (name, step.stderr[-2000:]))
+    root = run(["verilator", "--getenv", "VERILATOR_ROOT"]).stdout.strip()
+    compiled = []
+    for source in sorted(glob.glob(objects + "/*.cpp")):
+        # The library's bench takes longer to compile than to run.
+        level = "-O0" if "Slow" in source or model.startswith("tb_") else "-O1"
+        step = run(["c++", "-std=c++20", "-w", level, "-I" + objects, "-I" + root + "/include", "-I" + root + "/include/vltstd",
+                    "-DVL_TIME_CONTEXT", "-c", source, "-o", source[:-4] + ".o"])
+        if step.returncode != 0:
+            raise RuntimeError("%s: compiler: %s" % (name, step.stderr[-2000:]))
+        compiled.append(os.path.abspath(source[:-4] + ".o"))
+
+    # The mutated model comes first on the line, so the linker never needs the one in the library.
+    binary = os.path.abspath(os.path.join(folder, test))
+    command = re.sub(r" -o \S+", lambda _: " -o %s -Wl,--allow-multiple-definition %s" % (binary, " ".join(compiled)), links[test], count=1)
+    step = run(["sh", "-c", command], cwd=build)
+    if step.returncode != 0:
+        raise RuntimeError("%s: linker: %s" % (name, step.stderr[-2000:]))
+    environment = dict(os.environ, RETRACE_VECTORS=str(vectors))
+    try:
+        step = run([binary, "--gtest_filter=" + pattern], env=environment, timeout=600)
+        failed = sorted(set(re.findall(r"^\[  FAILED  \] (\S+?)(?:,| |$)", step.stdout, re.M)) - {"1", "2", "3"})
+        failed = [f for f in failed if "." in f] or ([] if step.returncode == 0 else ["crash"])
+    except subprocess.TimeoutExpired:
+        failed = ["timeout"]
+    shutil.rmtree(folder, ignore_errors=True)
+    return name, time.monotonic() - start, failed
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Mutants of the RTL and the tests that catch them.")
+    parser.add_argument("--build", default="build/release", help="a Ninja build with rtl_stages_test and rtl_lib_test")
+    parser.add_argument("--only", default="", help="mutants whose name or file holds this text")
+    parser.add_argument("--list", action="store_true", help="list the mutants")
+    parser.add_argument("--vectors", type=int, default=1000000, help="vectors a stage")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    arguments = parser.parse_args()
+    mutants = [m for m in MUTANTS if arguments.only in m[0] or arguments.only in m[1]]
+    if arguments.list:
+        for name, path, *_ in mutants:
+            print("%-70s %s" % (name, path))
+        return 0
+    tests = sorted({m[4][1] for m in mutants})
+    step = subprocess.run(["ninja", "-C", arguments.build, *tests], stdout=subprocess.DEVNULL)
+    if step.returncode != 0:
+        print("mutants: cannot build %s in %s" % (" ".join(tests), arguments.build), file=sys.stderr)
+        return 1
+    links = {test: link_command(arguments.build, test) for test in tests}
+    work = os.path.join(arguments.build, "mutants")
+    survivors = 0
+    with ThreadPoolExecutor(arguments.jobs) as pool:
+        jobs = [pool.submit(check, m, arguments.build, work, links, arguments.vectors) for m in mutants]
+        for job in jobs:
+            try:
+                name, seconds, failed = job.result()
+            except RuntimeError as error:
+                survivors += 1
+                print("BROKEN    %s" % error, flush=True)
+                continue
+            survivors += not failed
+            print("%-9s %-68s %5.1f s  %s" % ("caught" if failed else "SURVIVED", name, seconds, ", ".join(f.split("/", 1)[-1] for f in failed[:4])),
+                  flush=True)
+    print("mutants: %d of %d caught" % (len(mutants) - survivors, len(mutants)))
+    return 1 if survivors else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
