@@ -1,18 +1,29 @@
-// Directives of the vendor's HLS compiler as macros, so that another compiler, which rejects some of them, sees none.
+// Directives of HLS compilers as macros. The vendor's compiler (__SYNTHESIS__) takes all of them; Bambu (__BAMBU__) knows the interfaces only and
+// wants AXI masters with offset=direct; other compilers see none. Directive names are in lower case: ap_types define a macro INLINE.
 #pragma once
 
-#if defined(__SYNTHESIS__) && !defined(__BAMBU__)
+// clang-format off
 #define RT_DO_PRAGMA(text) _Pragma(#text)
+
+#if defined(__BAMBU__)
+#define RT_VENDOR(text)
+#define RT_AXIS(name) RT_DO_PRAGMA(HLS interface mode=axis port=name)
+#define RT_MEMORY(name, group) RT_DO_PRAGMA(HLS interface mode=m_axi port=name offset=direct bundle=group)
+#elif defined(__SYNTHESIS__)
+#define RT_VENDOR(text) RT_DO_PRAGMA(text)
+#define RT_AXIS(name) RT_DO_PRAGMA(HLS interface mode=axis port=name)
+#define RT_MEMORY(name, group) RT_DO_PRAGMA(HLS interface mode=m_axi port=name offset=slave bundle=group)
 #else
-#define RT_DO_PRAGMA(text)
+#define RT_VENDOR(text)
+#define RT_AXIS(name)
+#define RT_MEMORY(name, group)
 #endif
 
-#define RT_PIPELINE(interval) RT_DO_PRAGMA(HLS PIPELINE II = interval)
-#define RT_UNROLL RT_DO_PRAGMA(HLS UNROLL)
-#define RT_INLINE RT_DO_PRAGMA(HLS INLINE)
-#define RT_AXIS(name) RT_DO_PRAGMA(HLS INTERFACE mode = axis port = name)
-#define RT_FREE_RUNNING RT_DO_PRAGMA(HLS INTERFACE mode = ap_ctrl_none port = return)
-#define RT_MEMORY(name, group) RT_DO_PRAGMA(HLS INTERFACE mode = m_axi port = name bundle = group offset = slave)
-#define RT_CONTROL(name) RT_DO_PRAGMA(HLS INTERFACE mode = s_axilite port = name)
-#define RT_INDEPENDENT(name, far) RT_DO_PRAGMA(HLS DEPENDENCE variable = name type = inter dependent = true distance = far)
-#define RT_PARTITION(name) RT_DO_PRAGMA(HLS ARRAY_PARTITION variable = name type = complete)
+#define RT_PIPELINE(interval) RT_VENDOR(HLS pipeline II=interval)
+#define RT_UNROLL RT_VENDOR(HLS unroll)
+#define RT_INLINE RT_VENDOR(HLS inline)
+#define RT_FREE_RUNNING RT_VENDOR(HLS interface mode=ap_ctrl_none port=return)
+#define RT_CONTROL(name) RT_VENDOR(HLS interface mode=s_axilite port=name)
+#define RT_INDEPENDENT(name, far) RT_VENDOR(HLS dependence variable=name type=inter dependent=true distance=far)
+#define RT_PARTITION(name) RT_VENDOR(HLS array_partition variable=name type=complete)
+// clang-format on
