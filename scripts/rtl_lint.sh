@@ -12,7 +12,7 @@ if [ "${1:-}" = --require-yosys ]; then
 fi
 
 dirs=()
-for dir in rtl/lib rtl/stages rtl/cache rtl/top; do
+for dir in rtl/lib rtl/stages rtl/cache rtl/regs rtl/top; do
   if [ -d "$dir" ]; then dirs+=("$dir"); fi
 done
 # A folder reads packages of its own and of the folders before it.
@@ -51,7 +51,7 @@ import os
 import subprocess
 import sys
 
-folders = "-y rtl/lib -y rtl/stages -y rtl/cache -y rtl/top"
+folders = "-y rtl/lib -y rtl/stages -y rtl/cache -y rtl/regs -y rtl/top"
 bad = 0
 for task in sys.argv[1:]:
     module, files = task.split(" ", 1)
