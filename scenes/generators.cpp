@@ -419,27 +419,32 @@ std::span<const SceneGenerator> scene_generators() {
   return list;
 }
 
+SceneParameters check_scene_parameters(const SceneGenerator& generator, const SceneParameters& parameters) {
+  Values values;
+  for (const SceneParameter& p : generator.parameters) values[p.name] = p.value;
+  for (const auto& [key, value] : parameters) {
+    const auto& known = generator.parameters;
+    const auto it = std::find_if(known.begin(), known.end(), [&](const SceneParameter& p) { return p.name == key; });
+    if (it == known.end()) {
+      std::string list;
+      for (const SceneParameter& p : known) list += (list.empty() ? "" : ", ") + p.name;
+      throw Error("scene " + generator.name + ": there is no parameter '" + key + "'; " +
+                  (list.empty() ? "the scene has none" : "there are: " + list));
+    }
+    if (!(value >= it->lower && value <= it->upper))
+      throw Error("scene " + generator.name + ": '" + key + "' must be from " + shown(it->lower) + " to " +
+                  shown(it->upper) + ", is " + shown(value));
+    if (it->integer && value != std::floor(value))
+      throw Error("scene " + generator.name + ": '" + key + "' must be an integer, is " + shown(value));
+    values[key] = value;
+  }
+  return values;
+}
+
 Scene make_scene(const std::string& name, const SceneParameters& parameters) {
   for (const Entry& entry : entries()) {
     if (entry.generator.name != name) continue;
-    Values values;
-    for (const SceneParameter& p : entry.generator.parameters) values[p.name] = p.value;
-    for (const auto& [key, value] : parameters) {
-      const auto& known = entry.generator.parameters;
-      const auto it = std::find_if(known.begin(), known.end(), [&](const SceneParameter& p) { return p.name == key; });
-      if (it == known.end()) {
-        std::string list;
-        for (const SceneParameter& p : known) list += (list.empty() ? "" : ", ") + p.name;
-        throw Error("scene " + name + ": there is no parameter '" + key + "'; " +
-                    (list.empty() ? "the scene has none" : "there are: " + list));
-      }
-      if (!(value >= it->lower && value <= it->upper))
-        throw Error("scene " + name + ": '" + key + "' must be from " + shown(it->lower) + " to " + shown(it->upper) +
-                    ", is " + shown(value));
-      if (it->integer && value != std::floor(value))
-        throw Error("scene " + name + ": '" + key + "' must be an integer, is " + shown(value));
-      values[key] = value;
-    }
+    const Values values = check_scene_parameters(entry.generator, parameters);
     Scene scene = entry.make(values);
     scene.name = name;
     for (std::uint32_t i = 0; i < scene.nodes.size(); ++i)

@@ -33,6 +33,9 @@ std::span<const SceneGenerator> scene_generators();
 /// where one is needed.
 Scene make_scene(const std::string& name, const SceneParameters& parameters = {});
 
+/// The generator's defaults with `parameters` put over them. Throws Error as make_scene() does.
+SceneParameters check_scene_parameters(const SceneGenerator& generator, const SceneParameters& parameters);
+
 /// "key=value" texts, as the command line has them. Throws Error that names the text.
 SceneParameters parse_scene_parameters(std::span<const std::string> texts);
 

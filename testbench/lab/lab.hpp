@@ -34,6 +34,8 @@ struct LabOptions {
   std::vector<accel::CacheShape> caches{{16384, 4}, {65536, 4}, {262144, 4}};
   int contexts = 64;                            ///< rays in flight in the cache model
   double check_tests = 3e8;                     ///< triangle tests that brute force may spend on a scene
+  int frames = 3;                               ///< of an animated scene
+  bool structures = true;                       ///< false: only the animation
   std::vector<std::string> only;                ///< keys of techniques, or the beginnings of keys; empty: all
   std::function<void(const std::string&)> say;  ///< progress, one line a call; may be empty
 };
@@ -61,6 +63,28 @@ struct Row {
   std::vector<float> heat_visits, heat_tests;  ///< by pixel, empty unless this row has maps
 };
 
+/// A frame of an animated scene: what following it costs, beside building it anew.
+struct FrameResult {
+  double time = 0.0;
+  double pose_s = 0.0;                                      ///< evaluating the animation, needed either way
+  double transforms_s = 0.0, objects_s = 0.0, top_s = 0.0;  ///< two-level structure
+  std::uint32_t objects_rebuilt = 0;
+  double flatten_s = 0.0, snap_s = 0.0, build_s = 0.0;  ///< one tree over all world triangles
+  std::uint64_t rays = 0, hits = 0, different = 0;      ///< camera rays; different: not the same hit bit for bit
+  double two_level_s = 0.0, flat_s = 0.0;               ///< to trace them in one thread
+  double update_s() const { return transforms_s + objects_s + top_s; }
+  double rebuild_s() const { return flatten_s + snap_s + build_s; }
+};
+
+struct AnimationReport {
+  std::uint64_t instances = 0, objects = 0, triangles = 0, instanced_triangles = 0;
+  std::uint64_t bytes = 0, degenerate = 0;
+  double duration = 0.0, build_s = 0.0;  ///< build_s: all objects, once
+  std::vector<FrameResult> frames;       ///< empty: the scene does not move
+  double update_s() const;
+  double rebuild_s() const;
+};
+
 struct SceneReport {
   std::string name;
   std::uint64_t triangles = 0, degenerate = 0;
@@ -68,6 +92,7 @@ struct SceneReport {
   std::array<std::uint64_t, kKinds> rays{}, checked{},
       wrong{};  ///< checked by brute force; wrong: not what brute force says
   std::vector<Row> rows;
+  AnimationReport animation;
   double seconds = 0.0;
 
   const Row* find(const std::string& key, int mailbox = 0) const;
@@ -88,6 +113,9 @@ std::array<RayBatch, kKinds> make_rays(const struct LabScene& scene, const LabOp
 
 /// Opens a scene (scenes/open_scene.hpp) and measures everything. Throws Error.
 SceneReport measure(const std::string& spec, const LabOptions& options);
+
+/// Follows an animated glTF file through `options.frames` frames. Throws Error.
+AnimationReport measure_animation(const std::string& path, const LabOptions& options);
 
 nlohmann::ordered_json to_json(const LabReport& report);
 /// Tables for docs/lab.md, headings of level 3.

@@ -22,8 +22,8 @@ namespace {
 struct Arguments {
   std::vector<std::string> scenes, only;
   std::string html, markdown, plots, size = "192x144", camera, caches = "16,64,256";
-  bool json = false, quiet = false;
-  int contexts = 64, threads = 0;
+  bool json = false, quiet = false, animation_only = false;
+  int contexts = 64, threads = 0, frames = 3;
 };
 
 /// Whole numbers separated by one of `separators`; empty if the text is anything else.
@@ -71,6 +71,8 @@ LabOptions parse(const Arguments& a) {
   options.only = a.only;
   options.camera = a.camera;
   options.contexts = a.contexts;
+  options.frames = a.frames;
+  options.structures = !a.animation_only;
   return options;
 }
 
@@ -163,6 +165,10 @@ void register_lab(CLI::App& app) {
   command->add_option("--contexts", a->contexts, "Rays in flight in the cache model; default 64")
       ->check(CLI::Range(1, 4096))
       ->type_name("N");
+  command->add_option("--frames", a->frames, "Frames of animated files to follow, beside full rebuilds; default 3")
+      ->check(CLI::Range(0, 10000))
+      ->type_name("N");
+  command->add_flag("--animation-only", a->animation_only, "Only that");
   command->add_option("--only", a->only, "Structures whose key begins so, such as kd-sah/ or bvh")->type_name("KEY");
   command->add_option("--threads", a->threads, "Threads; default: all cores")
       ->check(CLI::Range(1, 4096))

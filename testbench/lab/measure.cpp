@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "golden/accel/animation.hpp"
 #include "golden/accel/catalogue.hpp"
 #include "golden/accel/probe.hpp"
 #include "golden/image/lighting.hpp"
@@ -201,6 +202,7 @@ std::uint64_t LabReport::differences() const {
   std::uint64_t sum = 0;
   for (const SceneReport& scene : scenes) {
     for (const std::uint64_t w : scene.wrong) sum += w;
+    for (const FrameResult& frame : scene.animation.frames) sum += frame.different;
     for (const Row& row : scene.rows)
       for (const KindResult& kind : row.kinds) sum += kind.different;
   }
@@ -220,13 +222,22 @@ SceneReport measure(const std::string& spec, const LabOptions& options) {
   const auto say = [&](const std::string& text) {
     if (options.say) options.say(name + ": " + text);
   };
+  SceneReport report;
+  report.name = name;
+  if (options.frames > 0 && std::filesystem::is_regular_file(spec) && count_animations(spec) > 0) {
+    say("following the animation");
+    report.animation = measure_animation(spec, options);
+  }
+  if (!options.structures) {
+    if (report.animation.frames.empty()) throw Error(spec + ": holds no animation");
+    report.seconds = now() - start;
+    return report;
+  }
   say("loading");
   LabScene scene;
   scene.scene = open_scene(spec);
   scene.world = flatten(scene.scene);
   scene.grid = snap(scene.world);
-  SceneReport report;
-  report.name = name;
   report.triangles = scene.grid.triangles.size();
   report.degenerate = scene.grid.degenerate;
 
