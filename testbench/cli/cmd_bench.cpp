@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "golden/image/renderer.hpp"
-#include "scenes/generators.hpp"
 #include "testbench/cli/commands.hpp"
 #include "testbench/cli/engines.hpp"
 #include "testbench/cli/progress.hpp"
@@ -102,29 +101,13 @@ std::optional<double> embree_rays_s(const GridScene& scene, std::span<const Grid
 std::optional<double> embree_rays_s(const GridScene&, std::span<const GridRay>, int) { return std::nullopt; }
 #endif
 
-struct Candidate {
-  std::string name, path;
-  std::string generator;  ///< instead of a path
-};
-
-LoadedScene generate(const std::string& generator, const Common& common) {
-  LoadedScene loaded;
-  loaded.name = generator;
-  loaded.scene = make_scene(generator);
-  loaded.scene.name = generator;
-  loaded.world = flatten(loaded.scene);
-  loaded.grid = snap(loaded.world);
-  build_image(loaded, common);
-  return loaded;
-}
-
 class Bench {
  public:
   Bench(const BenchArguments& arguments, const Common& common) : a_(arguments), common_(common) {}
 
-  nlohmann::ordered_json measure(const Candidate& candidate) {
-    say(candidate.name + ": load and build");
-    const LoadedScene loaded = candidate.generator.empty() ? load_scene(candidate.path, common_, false) : generate(candidate.generator, common_);
+  nlohmann::ordered_json measure(const std::string& scene) {
+    say(scene + ": load and build");
+    const LoadedScene loaded = load_scene(scene, common_, false);
     const ViewCamera camera = default_view(loaded.scene, loaded.world);
     const Size size = parse_size(a_.size);
     std::vector<WorldRay> world;
@@ -146,20 +129,22 @@ class Bench {
                                    {"triangles", loaded.world.vertices.size()},
                                    {"build_s", loaded.build_s},
                                    {"image_bytes", loaded.image.bytes()},
-                                   {"rays", rays.size()}};
+                                   {"golden_rays_s", nullptr},
+                                   {"csim_rays_s", nullptr},
+                                   {"embree_rays_s", nullptr}};
     for (const std::string& name : a_.engines) {
-      say(candidate.name + ": " + name);
+      say(scene + ": " + name);
       const std::unique_ptr<Engine> engine = make_engine(name, loaded.grid, loaded.image);
       TraceOptions options;
       options.threads = common_.threads;
       const double seconds = best_time(a_.repeat, [&] { engine->trace(rays, hits, {}, options); });
       json[find_engine(name).name + "_rays_s"] = static_cast<double>(rays.size()) / seconds;
     }
-    say(candidate.name + ": embree");
+    say(scene + ": embree");
     const std::optional<double> embree = embree_rays_s(loaded.grid, rays, a_.repeat);
-    json["embree_rays_s"] = embree ? nlohmann::ordered_json(*embree) : nlohmann::ordered_json(nullptr);
+    if (embree) json["embree_rays_s"] = *embree;
 
-    say(candidate.name + ": work per ray");
+    say(scene + ": work per ray");
     const std::unique_ptr<Engine> golden = make_engine("golden", loaded.grid, loaded.image);
     for (const WayUp way_up : {WayUp::kStack, WayUp::kParentLinks, WayUp::kFaceLinks}) {
       TraceOptions options;
@@ -215,16 +200,14 @@ void run_bench(BenchArguments& a, const Common& common) {
   parse_size(a.size);
   if (a.engines.empty()) a.engines = {"golden", "csim"};
   for (const std::string& engine : a.engines) find_engine(engine);
-  std::vector<Candidate> candidates;
-  for (const std::string& path : a.scenes) candidates.push_back({std::filesystem::path(path).stem().string(), path, ""});
-  if (candidates.empty()) {
-    for (const char* generator : {"room", "knot", "sphere"}) candidates.push_back({generator, "", generator});
+  if (a.scenes.empty()) {
+    a.scenes = {"room", "knot", "sphere"};
     std::error_code ignored;
-    if (std::filesystem::exists(kEngineModel, ignored)) candidates.push_back({"2CylinderEngine", kEngineModel, ""});
+    if (std::filesystem::exists(kEngineModel, ignored)) a.scenes.emplace_back(kEngineModel);
   }
   Bench bench(a, common);
   nlohmann::ordered_json scenes = nlohmann::ordered_json::array();
-  for (const Candidate& candidate : candidates) scenes.push_back(bench.measure(candidate));
+  for (const std::string& scene : a.scenes) scenes.push_back(bench.measure(scene));
   if (a.json) {
     std::printf("%s\n", nlohmann::ordered_json{{"scenes", scenes}}.dump(2).c_str());
   } else {
@@ -237,7 +220,7 @@ void run_bench(BenchArguments& a, const Common& common) {
 void add_bench(CLI::App& app, Program& program) {
   CLI::App* command = app.add_subcommand("bench", "Measure build time, rays a second, and the work of a ray");
   auto a = std::make_shared<BenchArguments>();
-  command->add_option("scenes", a->scenes, "glTF files; default: generated room, knot and sphere, and 2CylinderEngine if installed")
+  command->add_option("scenes", a->scenes, "Scenes, as for render; default: generated room, knot and sphere, and 2CylinderEngine if installed")
       ->type_name("SCENE...");
   command->add_option("-e,--engine", a->engines, "Engines to time; default: golden, csim")
       ->delimiter(',')
@@ -257,7 +240,7 @@ void add_bench(CLI::App& app, Program& program) {
       "Examples:\n"
       "  retrace bench\n"
       "  retrace bench --json room.glb > bench.json\n"
-      "  retrace bench --engine golden room.glb knot.glb\n");
+      "  retrace bench --engine golden knot:along=2000 room.glb\n");
   command->callback([a, &program] { run_bench(*a, program.common); });
 }
 

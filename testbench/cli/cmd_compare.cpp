@@ -223,7 +223,7 @@ void run_compare(const CompareArguments& a, Program& program) {
   const Size size = parse_size(a.size);
   const std::size_t comma = a.engines.find(',');
   if (comma == std::string::npos || a.engines.find(',', comma + 1) != std::string::npos) {
-    throw Error("--engines takes two engines, as in golden,csim, not '" + a.engines + "'");
+    throw UsageError("--engines takes two engines, as in golden,csim, not '" + a.engines + "'");
   }
   const std::string name_a = a.engines.substr(0, comma), name_b = a.engines.substr(comma + 1);
   TraceOptions trace = a.trace;
@@ -235,7 +235,7 @@ void run_compare(const CompareArguments& a, Program& program) {
   for (const std::string& kind : a.rays) (kind == "shadow" ? shadow : primary) = true;
   std::unique_ptr<OutputFile> picture, stats;
   if (!a.output.empty()) {
-    if (is_linear_format(a.output)) throw Error("the difference picture is for looking at: name a .png file, not " + a.output);
+    if (is_linear_format(a.output)) throw UsageError("the difference picture is for looking at: name a .png file, not " + a.output);
     picture = std::make_unique<OutputFile>(a.output);
   }
   if (!a.stats.empty()) stats = std::make_unique<OutputFile>(a.stats);
@@ -328,7 +328,7 @@ void run_compare(const CompareArguments& a, Program& program) {
 void add_compare(CLI::App& app, Program& program) {
   CLI::App* command = app.add_subcommand("compare", "Trace the same rays through two engines and classify every difference");
   auto a = std::make_shared<CompareArguments>();
-  command->add_option("scene", a->scene, "glTF file (.gltf or .glb)")->required()->type_name("SCENE");
+  command->add_option("scene", a->scene, kSceneHelp)->required()->type_name("SCENE");
   command->add_option("-e,--engines", a->engines, "Two engines, see below")->capture_default_str()->type_name("A,B");
   command->add_option("-s,--size", a->size, "Size in pixels")->capture_default_str()->type_name("WxH");
   command->add_option("-c,--camera", a->camera, "Camera by name or number")->type_name("CAMERA");

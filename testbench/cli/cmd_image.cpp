@@ -68,7 +68,8 @@ std::string fixed(double value) {
 void run_info(const InfoArguments& a, const Common& common) {
   MemoryImage image;
   nlohmann::ordered_json head;
-  if (is_memory_image(a.path)) {
+  std::error_code ignored;
+  if (std::filesystem::exists(a.path, ignored) && is_memory_image(a.path)) {
     image = MemoryImage::load(a.path);
     head["file"] = std::filesystem::path(a.path).filename().string();
   } else {
@@ -125,7 +126,7 @@ void run_pack(const PackArguments& a, const Common& common) {
 void add_pack(CLI::App& app, Program& program) {
   CLI::App* command = app.add_subcommand("pack", "Build the memory image of a scene and write it to a file");
   auto a = std::make_shared<PackArguments>();
-  command->add_option("scene", a->scene, "glTF file (.gltf or .glb)")->required()->type_name("SCENE");
+  command->add_option("scene", a->scene, kSceneHelp)->required()->type_name("SCENE");
   command->add_option("-o,--output", a->output, "Image, as the engines see it")->required()->type_name("FILE");
   add_common(*command, program);
   command->footer(
@@ -139,7 +140,7 @@ void add_pack(CLI::App& app, Program& program) {
 void add_info(CLI::App& app, Program& program) {
   CLI::App* command = app.add_subcommand("info", "Describe the tree of a scene or of a packed image");
   auto a = std::make_shared<InfoArguments>();
-  command->add_option("file", a->path, "glTF file or packed image")->required()->type_name("FILE");
+  command->add_option("file", a->path, "Scene (as for render) or packed image")->required()->type_name("FILE");
   command->add_flag("--json", a->json, "As JSON");
   add_common(*command, program);
   command->footer(

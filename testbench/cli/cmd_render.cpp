@@ -37,7 +37,7 @@ double parse_exposure(const std::string& text, double automatic) {
   double stops = 0;
   const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), stops);
   if (status != std::errc() || end != text.data() + text.size() || !(std::fabs(stops) <= 64)) {
-    throw Error("--exposure takes 'auto' or a number of stops from -64 to 64, not '" + text + "'");
+    throw UsageError("--exposure takes 'auto' or a number of stops from -64 to 64, not '" + text + "'");
   }
   return std::exp2(stops);
 }
@@ -73,7 +73,7 @@ void run_render(RenderArguments& a, const Common& common) {
       known = known || name == aov.name;
       names += (names.empty() ? "" : ", ") + std::string(aov.name);
     }
-    if (!known) throw Error("there is no AOV '" + name + "'; there are: " + names);
+    if (!known) throw UsageError("there is no AOV '" + name + "'; there are: " + names);
   }
   std::vector<std::unique_ptr<OutputFile>> files;
   const auto open = [&](const std::filesystem::path& path) -> OutputFile& {
@@ -153,7 +153,7 @@ void run_render(RenderArguments& a, const Common& common) {
 void add_render(CLI::App& app, Program& program) {
   CLI::App* command = app.add_subcommand("render", "Render a glTF scene through an engine to a picture, with AOVs on request");
   auto a = std::make_shared<RenderArguments>();
-  command->add_option("scene", a->scene, "glTF file (.gltf or .glb)")->required()->type_name("SCENE");
+  command->add_option("scene", a->scene, kSceneHelp)->required()->type_name("SCENE");
   command->add_option("-o,--output", a->output, "Picture: .png (tone mapped), .exr (linear radiance and coverage), ...")
       ->required()
       ->type_name("FILE");

@@ -114,7 +114,7 @@ void run_trace(const TraceArguments& a, const Common& common) {
 void add_trace(CLI::App& app, Program& program) {
   CLI::App* command = app.add_subcommand("trace", "Trace the rays of a NumPy file, write the hits to another");
   auto a = std::make_shared<TraceArguments>();
-  command->add_option("scene", a->scene, "glTF file (.gltf or .glb)")->required()->type_name("SCENE");
+  command->add_option("scene", a->scene, kSceneHelp)->required()->type_name("SCENE");
   command->add_option("-i,--input", a->input, "Rays, see below")->required()->type_name("FILE.npy");
   command->add_option("-o,--output", a->output, "Hits, see below")->required()->type_name("FILE.npy");
   command->add_flag("--any", a->any, "Any hit will do (occlusion): t, triangle, u, v are those of the hit that was found first");

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <vector>
 
+#include "testbench/cli/workspace.hpp"
 #include "testbench/csim/csim_engine.hpp"
 
 namespace retrace::cli {
@@ -47,13 +48,13 @@ const EngineKind& find_engine(const std::string& specification) {
   for (const EngineKind& kind : engine_kinds()) {
     if (kind.name == name) {
       if (specification.size() > name.size() && !kind.takes_argument) {
-        throw Error("engine " + name + " takes no argument: '" + specification + "'");
+        throw UsageError("engine " + name + " takes no argument: '" + specification + "'");
       }
       return kind;
     }
     known += (known.empty() ? "" : ", ") + kind.name;
   }
-  throw Error("there is no engine '" + name + "'; there are: " + known);
+  throw UsageError("there is no engine '" + name + "'; there are: " + known);
 }
 
 std::unique_ptr<Engine> make_engine(const std::string& specification, const GridScene& scene, const MemoryImage& image) {
@@ -65,10 +66,10 @@ std::unique_ptr<Engine> make_engine(const std::string& specification, const Grid
 void check_options(const std::string& specification, const TraceOptions& options) {
   const EngineKind& kind = find_engine(specification);
   if (options.way_up == WayUp::kStack && !kind.stack) {
-    throw Error("engine " + kind.name + " has no stack: --way-up parent or face");
+    throw UsageError("engine " + kind.name + " has no stack: --way-up parent or face");
   }
   if (!kind.any_mailbox && options.mailbox != 0 && options.mailbox != kCsimMailbox) {
-    throw Error("engine " + kind.name + " has a mailbox of " + std::to_string(kCsimMailbox) + " entries or none");
+    throw UsageError("engine " + kind.name + " has a mailbox of " + std::to_string(kCsimMailbox) + " entries or none");
   }
 }
 
@@ -91,7 +92,7 @@ WayUp parse_way_up(const std::string& name) {
   for (int i = 0; i < 3; ++i) {
     if (name == kWayUpNames[i]) return static_cast<WayUp>(i);
   }
-  throw Error("there is no way up '" + name + "'; there are: stack, parent, face");
+  throw UsageError("there is no way up '" + name + "'; there are: stack, parent, face");
 }
 
 const char* to_string(WayUp way_up) { return kWayUpNames[static_cast<int>(way_up)]; }

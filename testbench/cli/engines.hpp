@@ -27,10 +27,10 @@ struct EngineKind {
 };
 
 std::span<const EngineKind> engine_kinds();
-/// The kind that "name" or "name:argument" means. Throws Error that lists the known ones.
+/// The kind that "name" or "name:argument" means. Throws UsageError that lists the known ones.
 const EngineKind& find_engine(const std::string& specification);
 std::unique_ptr<Engine> make_engine(const std::string& specification, const GridScene& scene, const MemoryImage& image);
-/// Throws Error if the engine does not know the way up or the size of the mailbox.
+/// Throws UsageError if the engine does not know the way up or the size of the mailbox.
 void check_options(const std::string& specification, const TraceOptions& options);
 /// Options of all engines, in groups of their names.
 void add_engine_options(CLI::App& command);

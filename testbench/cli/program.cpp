@@ -66,6 +66,16 @@ int run(int argc, const char* const* argv) {
   }
   install_signal_handlers();
   try {
+    if (argc > 1 && argv[1][0] != '-') {
+      const std::string wanted = argv[1];
+      std::string known;
+      bool found = false;
+      for (const CLI::App* command : app.get_subcommands({})) {
+        found = found || command->get_name() == wanted;
+        known += (known.empty() ? "" : ", ") + command->get_name();
+      }
+      if (!found) throw UsageError("there is no command '" + wanted + "'; there are: " + known);
+    }
     app.parse(argc, argv);
     if (std::fflush(stdout) != 0) throw Error("cannot write to standard output");
     return program.exit_code;
@@ -75,6 +85,9 @@ int run(int argc, const char* const* argv) {
     std::string command;
     for (const CLI::App* used : app.get_subcommands()) command += " " + used->get_name();
     print_error(std::string(error.what()) + " (see retrace" + command + " --help)");
+    return 2;
+  } catch (const UsageError& error) {
+    print_error(error.what());
     return 2;
   } catch (const Error& error) {
     print_error(error.what());

@@ -12,6 +12,7 @@ namespace retrace::cli {
 namespace {
 
 constexpr double kSilent = 0.5;     ///< seconds before anything is shown
+constexpr double kLineInterval = 2;  ///< seconds between two lines where there is no terminal
 constexpr double kInterval = 0.1;   ///< seconds between two drawings of the bar
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
@@ -44,8 +45,9 @@ void Progress::update(double fraction) {
   const std::string left = fraction > 0 ? clock_text(elapsed / fraction * (1.0 - fraction)) : "?";
   if (!terminal_) {
     const int tenth = static_cast<int>(fraction * 10);
-    if (tenth <= tenth_) return;
+    if (tenth <= tenth_ || elapsed - drawn_ < kLineInterval) return;
     tenth_ = tenth;
+    drawn_ = elapsed;
     std::fprintf(stderr, "retrace: %s %d %%, %s left\n", label_.c_str(), tenth * 10, left.c_str());
     return;
   }

@@ -4,6 +4,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
@@ -17,6 +18,8 @@
 #include "golden/image/output_file.hpp"
 #include "golden/scene/gltf_loader.hpp"
 #include "golden/scene/kd_builder.hpp"
+#include "scenes/generators.hpp"
+#include "scenes/open_scene.hpp"
 #include "testbench/cli/progress.hpp"
 
 namespace retrace::cli {
@@ -25,6 +28,12 @@ namespace {
 std::atomic<int> shields{0};
 std::atomic<int> pending_signal{0};
 static_assert(std::atomic<int>::is_always_lock_free);
+
+bool is_generator(const std::string& scene) {
+  const std::string name = scene.substr(0, scene.find(':'));
+  const auto generators = scene_generators();
+  return std::any_of(generators.begin(), generators.end(), [&](const SceneGenerator& g) { return g.name == name; });
+}
 
 [[noreturn]] void leave(int signal) {
   remove_pending_outputs();
@@ -69,36 +78,41 @@ bool is_memory_image(const std::filesystem::path& path) {
   return file.gcount() == 4 && word == static_cast<std::uint32_t>(contract::kImageMagic);
 }
 
-LoadedScene load_scene(const std::filesystem::path& path, const Common& common, bool textures) {
-  if (is_memory_image(path)) {
-    throw Error(path.string() + " is a packed image: it holds no vertices, materials or cameras; name the glTF file it was made from");
-  }
+LoadedScene load_scene(const std::string& scene, const Common& common, bool textures) {
   LoadedScene loaded;
-  loaded.name = path.stem().string();
-  const double start = now();
-  std::vector<std::string> warnings;
-  GltfOptions options;
-  options.textures = textures;
-  loaded.scene = load_gltf(path, options, &warnings);
-  for (const std::string& warning : warnings) note(common, warning);
+  const double load_start = now();
+  std::error_code ignored;
+  const bool is_file = std::filesystem::exists(scene, ignored);
+  if (!is_file && is_generator(scene)) {
+    loaded.name = scene;
+    loaded.scene = open_scene(scene);
+    loaded.scene.name = scene;
+  } else {
+    const std::filesystem::path path = scene;
+    if (is_memory_image(path)) {
+      throw Error(scene + " is a packed image: it holds no vertices, materials or cameras; name the glTF file it was made from");
+    }
+    loaded.name = path.stem().string();
+    std::vector<std::string> warnings;
+    GltfOptions options;
+    options.textures = textures;
+    loaded.scene = load_gltf(path, options, &warnings);
+    for (const std::string& warning : warnings) note(common, warning);
+  }
   loaded.world = flatten(loaded.scene);
   loaded.grid = snap(loaded.world);
-  loaded.load_s = now() - start;
+  loaded.load_s = now() - load_start;
   if (loaded.grid.degenerate > 0) {
     note(common, loaded.name + ": " + with_commas(loaded.grid.degenerate) + " of " + with_commas(loaded.world.vertices.size()) +
                      " triangles have no area on the grid and are left out");
   }
-  build_image(loaded, common);
-  return loaded;
-}
-
-void build_image(LoadedScene& loaded, const Common& common) {
   Progress progress("build " + loaded.name, common.quiet);
   BuildOptions options;
   options.progress = [&](double fraction) { progress.update(fraction); };
-  const double start = now();
+  const double build_start = now();
   loaded.image = build_kd(loaded.grid, options);
-  loaded.build_s = now() - start;
+  loaded.build_s = now() - build_start;
+  return loaded;
 }
 
 nlohmann::ordered_json scene_json(const LoadedScene& scene) {
@@ -121,7 +135,7 @@ Size parse_size(const std::string& text) {
   }
   constexpr int kLargest = 16384;
   if (!ok || size.width < 1 || size.height < 1 || size.width > kLargest || size.height > kLargest) {
-    throw Error("--size takes WIDTHxHEIGHT with both from 1 to 16384, not '" + text + "'");
+    throw UsageError("--size takes WIDTHxHEIGHT with both from 1 to 16384, not '" + text + "'");
   }
   return size;
 }

@@ -14,6 +14,11 @@
 
 namespace retrace::cli {
 
+/// An argument that cannot be meant; the program exits with 2.
+struct UsageError : Error {
+  using Error::Error;
+};
+
 /// Options that all subcommands share.
 struct Common {
   int threads = 0;     ///< 0: all cores
@@ -21,7 +26,7 @@ struct Common {
 };
 
 struct LoadedScene {
-  std::string name;  ///< file name without folder and extension
+  std::string name;  ///< file name without folder and extension, or the generator's
   Scene scene;
   WorldTriangles world;
   GridScene grid;
@@ -29,13 +34,15 @@ struct LoadedScene {
   double load_s = 0, build_s = 0;
 };
 
+/// What --help says about SCENE.
+inline constexpr const char* kSceneHelp = "glTF file (.gltf, .glb), or a scene of the project's own: knot, room:detail=0.2";
+
 /// Whether the file starts with the magic number of a memory image. Throws Error if it cannot be read.
 bool is_memory_image(const std::filesystem::path& path);
 
-/// Loads, flattens and snaps a glTF file and builds its image. Throws Error; a packed image is an Error that says what can be done with it.
-LoadedScene load_scene(const std::filesystem::path& path, const Common& common, bool textures = true);
-/// Builds the image of the snapped triangles and takes the time.
-void build_image(LoadedScene& loaded, const Common& common);
+/// Loads, flattens and snaps a scene and builds its image. A scene is a glTF file or, where there is no such file, the name of a generator
+/// with parameters (scenes/open_scene.hpp). Throws Error; a packed image is an Error that says what can be done with it.
+LoadedScene load_scene(const std::string& scene, const Common& common, bool textures = true);
 
 /// {"file", "triangles", "degenerate", "image_bytes", "load_s", "build_s"}.
 nlohmann::ordered_json scene_json(const LoadedScene& scene);
@@ -43,7 +50,7 @@ nlohmann::ordered_json scene_json(const LoadedScene& scene);
 struct Size {
   int width = 640, height = 480;
 };
-/// "WxH" with both in 1..16384. Throws Error.
+/// "WxH" with both in 1..16384. Throws UsageError.
 Size parse_size(const std::string& text);
 
 double now();
