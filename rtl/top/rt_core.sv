@@ -71,14 +71,14 @@ module rt_core #(
   rt_core_pkg::image_view_t view;
   logic                     flush, rays_start;
 
-  localparam int unsigned ReadIndexBits = $clog2(rt_core_pkg::SourceLane + Lanes);
+  localparam int unsigned ReadIndexBits = $clog2(rt_core_pkg::Sources);
   localparam int unsigned LaneIndexBits = Lanes > 1 ? $clog2(Lanes) : 1;
   logic [ReadIndexBits-1:0] read_index_unused;
   logic [LaneIndexBits-1:0] arrival_index_unused;
   logic                     end_index_unused;
 
   // --- read requests: one round-robin choice of all units ---
-  localparam int unsigned Sources = rt_core_pkg::SourceLane + Lanes;
+  localparam int unsigned Sources = rt_core_pkg::Sources;
   logic [Sources-1:0]         source_valid, source_ready, fill_valid;
   rt_core_pkg::read_request_t source_request[Sources];
   rt_arbiter #(
@@ -205,26 +205,36 @@ module rt_core #(
     rt_core_pkg::arrival_t arrival;
   } arrival_t;
   logic [Lanes-1:0] out_valid, out_ready, lane_down, lane_up;
+  // Four pairs a line.
+  localparam int unsigned LinePairBits = 2;
+  localparam int unsigned NodeKeyBits = rt_contract_pkg::PairIndexBits - LinePairBits;
+  logic [Lanes-1:0]                                        look_valid, look_answer, look_hit;
+  logic [Lanes-1:0][NodeKeyBits-1:0]                       look_key;
+  logic [Lanes-1:0][LinePairBits-1:0]                      look_word;
+  context_t [Lanes-1:0]                                    look_waiter;
+  logic [Lanes-1:0][rt_contract_pkg::NodePairUsedBits-1:0] look_data;
+  logic [Contexts-1:0]                                     node_wake, node_wake_error;
+  function automatic context_t out_context_of(int unsigned lane, logic [LaneContextBits-1:0] lane_context);
+    return context_t'(lane * Config.contexts_per_lane) | context_t'(lane_context);
+  endfunction
   arrival_t         out_arrival[Lanes];
   for (genvar l = 0; l < int'(Lanes); l++) begin : gen_lane
     logic                               in_lane;
     logic [LaneContextBits-1:0]         out_context;
-    logic [20:0]                        key;
-    logic [rt_core_pkg::MshrIdBits-1:0] mshr;
+    rt_contract_pkg::pair_index_t       pair;
+    logic [LaneContextBits-1:0]         look_context;
     if (Lanes == 1) begin : gen_only
-      assign in_lane                = 1'b1;
-      assign out_arrival[l].ctx = out_context;
+      assign in_lane = 1'b1;
     end else begin : gen_one_of
       localparam int unsigned LaneBits = ContextBits - LaneContextBits;
-      assign in_lane                = launch_context[ContextBits-1:LaneContextBits] == LaneBits'(l);
-      assign out_arrival[l].ctx = {LaneBits'(l), out_context};
+      assign in_lane = launch_context[ContextBits-1:LaneContextBits] == LaneBits'(l);
     end
+    assign out_arrival[l].ctx = out_context_of(l, out_context);
     rt_lane #(
         .Config(Config)
     ) u_lane (
         .clk_i,
         .rst_ni,
-        .flush_i         (flush),
         .view_i          (view),
         .ray_valid_i     (in_lane && ray_go),
         .ray_i           (walk_ray),
@@ -235,22 +245,62 @@ module rt_core #(
         .out_ready_i     (out_ready[l]),
         .out_context_o   (out_context),
         .out_data_o      (out_arrival[l].arrival),
-        .fetch_valid_o   (source_valid[rt_core_pkg::SourceLane+l]),
-        .fetch_ready_i   (source_ready[rt_core_pkg::SourceLane+l]),
-        .fetch_key_o     (key),
-        .fetch_mshr_o    (mshr),
-        .fill_valid_i    (fill_valid[rt_core_pkg::SourceLane+l]),
-        .fill_mshr_i,
-        .fill_data_i,
-        .fill_last_i,
-        .fill_error_i,
+        .look_valid_o    (look_valid[l]),
+        .look_pair_o     (pair),
+        .look_context_o  (look_context),
+        .look_valid_i    (look_answer[l]),
+        .look_hit_i      (look_hit[l]),
+        .look_data_i     (look_data[l]),
+        .wake_i          (node_wake[l*Config.contexts_per_lane+:Config.contexts_per_lane]),
+        .wake_error_i    (node_wake_error[l*Config.contexts_per_lane+:Config.contexts_per_lane]),
         .events_o        (lane_events[l]),
         .down_o          (lane_down[l]),
         .up_o            (lane_up[l])
     );
-    assign source_request[rt_core_pkg::SourceLane+l] =
-        line_request(view.pair_base, 24'(key), 64, rt_core_pkg::SourceLane + l, mshr);
+    assign look_key[l]    = pair[rt_contract_pkg::PairIndexBits-1:LinePairBits];
+    assign look_word[l]   = pair[LinePairBits-1:0];
+    assign look_waiter[l] = out_context_of(l, look_context);
   end
+
+  // --- node cache: one for all lanes, so that a line is fetched once ---
+  logic [NodeKeyBits-1:0]             node_key;
+  logic [rt_core_pkg::MshrIdBits-1:0] node_mshr;
+  logic                               node_miss;
+  rt_cache #(
+      .Ports       (Lanes),
+      .Lines       (Config.node_lines),
+      .Ways        (Config.ways),
+      .KeyBits     (NodeKeyBits),
+      .DataBits    (DataBits),
+      .WordBits    (rt_contract_pkg::NodePairUsedBits),
+      .WordsPerLine(1 << LinePairBits),
+      .Mshrs       (Config.mshrs),
+      .Waiters     (Contexts)
+  ) u_node_cache (
+      .clk_i,
+      .rst_ni,
+      .flush_i      (flush),
+      .req_valid_i  (look_valid),
+      .req_key_i    (look_key),
+      .req_word_i   (look_word),
+      .req_waiter_i (look_waiter),
+      .rsp_valid_o  (look_answer),
+      .rsp_hit_o    (look_hit),
+      .rsp_data_o   (look_data),
+      .wake_o       (node_wake),
+      .wake_error_o (node_wake_error),
+      .fetch_valid_o(source_valid[rt_core_pkg::SourceNode]),
+      .fetch_ready_i(source_ready[rt_core_pkg::SourceNode]),
+      .fetch_key_o  (node_key),
+      .fetch_mshr_o (node_mshr),
+      .miss_o       (node_miss),
+      .fill_valid_i (fill_valid[rt_core_pkg::SourceNode]),
+      .fill_mshr_i,
+      .fill_data_i,
+      .fill_last_i,
+      .fill_error_i
+  );
+  assign source_request[rt_core_pkg::SourceNode] = line_request(view.pair_base, 24'(node_key), 64, rt_core_pkg::SourceNode, node_mshr);
 
   // --- arrivals: to the leaf unit, or straight to the result unit ---
   logic     arrival_valid, arrival_ready, arrival_ends;
@@ -494,11 +544,10 @@ module rt_core #(
   function automatic logic [CounterStepBits-1:0] one(logic event_bit);
     return CounterStepBits'(event_bit);
   endfunction
-  logic [Lanes-1:0] lane_hit, lane_miss, lane_busy, lane_starved;
+  logic [Lanes-1:0] lane_hit, lane_busy, lane_starved;
   logic             leaf_blocked, reference_blocked, test_busy, test_starved;
   for (genvar l = 0; l < int'(Lanes); l++) begin : gen_events
     assign lane_hit[l]     = lane_events[l].hit;
-    assign lane_miss[l]    = lane_events[l].miss;
     assign lane_busy[l]    = lane_events[l].busy;
     assign lane_starved[l] = !lane_events[l].busy && lane_events[l].starved;
   end
@@ -517,7 +566,7 @@ module rt_core #(
     counter_step_o[6]  = one(test_valid && test_tag.test);
     counter_step_o[7]  = one(skipped);
     counter_step_o[8]  = CounterStepBits'($countones(lane_hit));
-    counter_step_o[9]  = CounterStepBits'($countones(lane_miss));
+    counter_step_o[9]  = one(node_miss);
     counter_step_o[10] = one(leaf_events.hit);
     counter_step_o[11] = one(leaf_events.miss);
     counter_step_o[12] = one(list_hit);

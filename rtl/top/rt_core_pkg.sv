@@ -8,7 +8,7 @@ package rt_core_pkg;
     logic [31:0] lanes;              // traversal lanes, one step a clock each
     logic [31:0] contexts_per_lane;  // rays in flight a lane
     logic [31:0] data_bits;          // AXI data bus
-    logic [31:0] node_lines;         // 64-byte lines of each lane's node cache
+    logic [31:0] node_lines;         // 64-byte lines of the node cache; every lane has a copy
     logic [31:0] leaf_lines;
     logic [31:0] list_lines;
     logic [31:0] triangle_lines;     // 48 bytes each
@@ -19,19 +19,19 @@ package rt_core_pkg;
 
   // One lane: for tests and for small parts.
   localparam config_t ConfigSmall = '{
-      lanes: 1, contexts_per_lane: 64, data_bits: 64, node_lines: 256, leaf_lines: 256, list_lines: 16, triangle_lines: 512, ways: 2,
-      mshrs: 4, mail_entries: 8};
+      lanes: 1, contexts_per_lane: 64, data_bits: 64, node_lines: 256, leaf_lines: 256, list_lines: 64, triangle_lines: 512, ways: 2,
+      mshrs: 8, mail_entries: 8};
   // ECP5-85F: four lanes and 128 contexts.
   localparam config_t ConfigEcp5 = '{
-      lanes: 4, contexts_per_lane: 32, data_bits: 64, node_lines: 256, leaf_lines: 256, list_lines: 16, triangle_lines: 512, ways: 2,
+      lanes: 4, contexts_per_lane: 32, data_bits: 64, node_lines: 256, leaf_lines: 256, list_lines: 64, triangle_lines: 512, ways: 2,
       mshrs: 8, mail_entries: 8};
   // The same with a bus of 16 bytes.
   localparam config_t ConfigEcp5x128 = '{
-      lanes: 4, contexts_per_lane: 32, data_bits: 128, node_lines: 256, leaf_lines: 256, list_lines: 16, triangle_lines: 512, ways: 2,
+      lanes: 4, contexts_per_lane: 32, data_bits: 128, node_lines: 256, leaf_lines: 256, list_lines: 64, triangle_lines: 512, ways: 2,
       mshrs: 8, mail_entries: 8};
   // For larger parts.
   localparam config_t ConfigWide = '{
-      lanes: 8, contexts_per_lane: 32, data_bits: 128, node_lines: 256, leaf_lines: 512, list_lines: 32, triangle_lines: 1024, ways: 2,
+      lanes: 8, contexts_per_lane: 32, data_bits: 128, node_lines: 256, leaf_lines: 512, list_lines: 64, triangle_lines: 1024, ways: 2,
       mshrs: 8, mail_entries: 8};
 
   localparam int unsigned AddrBits = 40;
@@ -40,13 +40,14 @@ package rt_core_pkg;
   localparam int unsigned SourceBits = 4;
   localparam int unsigned IdBits = SourceBits + MshrIdBits;
 
-  // Sources of read requests: the upper bits of ARID. Lane i is SourceLane + i.
+  // Sources of read requests: the upper bits of ARID.
   localparam int unsigned SourceHeader = 0;
   localparam int unsigned SourceRay = 1;
   localparam int unsigned SourceLeaf = 2;
   localparam int unsigned SourceList = 3;
   localparam int unsigned SourceTriangle = 4;
-  localparam int unsigned SourceLane = 5;
+  localparam int unsigned SourceNode = 5;
+  localparam int unsigned Sources = 6;
 
   typedef struct packed {
     logic [AddrBits-1:0]   addr;

@@ -4,7 +4,7 @@
 //             picked (round robin) and goes through
 //               S0 pick, read state   S1 checks, look up the node pair   S2 cache answers   S3 select, enter rt_kd_descend / rt_kd_backtrack
 //             and gets its bit back when the stage's result has been written to its state. At a leaf, or when it ends, it leaves through out_*.
-// Misses      A context that misses is parked in the cache; the lane goes on with others.
+// Node cache  One for all lanes, with a port for each (rt_core): a context that misses is parked there; the lane goes on with others.
 // Replay      Where S3 cannot pass its context on (the stage or the queue is full), the context just becomes ready again: nothing of it
 //             has changed. So nothing in the lane ever stalls.
 // Launch      launch_* puts a context into a state and makes it ready: a new ray, or a return from its leaf. Always accepted.
@@ -14,12 +14,10 @@
 module rt_lane #(
     parameter rt_core_pkg::config_t Config = rt_core_pkg::ConfigEcp5,
     localparam int unsigned Contexts = Config.contexts_per_lane,
-    localparam int unsigned ContextBits = $clog2(Contexts),
-    localparam int unsigned DataBits = Config.data_bits
+    localparam int unsigned ContextBits = $clog2(Contexts)
 ) (
     input  logic                               clk_i,
     input  logic                               rst_ni,
-    input  logic                               flush_i,
     input  rt_core_pkg::image_view_t           view_i,
     // A new ray's values.
     input  logic                               ray_valid_i,
@@ -33,26 +31,20 @@ module rt_lane #(
     input  logic                               out_ready_i,
     output logic [ContextBits-1:0]             out_context_o,
     output rt_core_pkg::arrival_t              out_data_o,
-    // Memory.
-    output logic                               fetch_valid_o,
-    input  logic                               fetch_ready_i,
-    output logic [20:0]                        fetch_key_o,
-    output logic [rt_core_pkg::MshrIdBits-1:0] fetch_mshr_o,
-    input  logic                               fill_valid_i,
-    input  logic [rt_core_pkg::MshrIdBits-1:0] fill_mshr_i,
-    input  logic [DataBits-1:0]                fill_data_i,
-    input  logic                               fill_last_i,
-    input  logic                               fill_error_i,
+    // Node cache.
+    output logic                               look_valid_o,
+    output rt_contract_pkg::pair_index_t       look_pair_o,
+    output logic [ContextBits-1:0]             look_context_o,
+    input  logic                               look_valid_i,  // one clock later
+    input  logic                               look_hit_i,
+    input  logic [127:0]                       look_data_i,
+    input  logic [Contexts-1:0]                wake_i,
+    input  logic [Contexts-1:0]                wake_error_i,
     // Counters.
     output rt_core_pkg::unit_events_t          events_o,
     output logic                               down_o,
     output logic                               up_o
 );
-  // Four pairs a line.
-  localparam int unsigned LinePairBits = 2;
-  localparam int unsigned KeyBits = rt_contract_pkg::PairIndexBits - LinePairBits;
-  `RT_ASSERT_INIT(KeyBitsMatchPort, KeyBits == 21)
-
   typedef logic [ContextBits-1:0] context_t;
   // Written by every step.
   typedef struct packed {
@@ -79,7 +71,7 @@ module rt_lane #(
   } backtrack_tag_t;
 
   // --- who is ready ---
-  logic [Contexts-1:0] ready_q, ready_d, error_q, error_d, wake, wake_error, picked;
+  logic [Contexts-1:0] ready_q, ready_d, error_q, error_d, picked;
   logic                pick_valid, pick_error;
   context_t            pick;
 
@@ -124,38 +116,12 @@ module rt_lane #(
   rt_core_pkg::walk_ray_t   s2_ray;
   segment_t                 s2_segment;
 
-  rt_cache #(
-      .Lines       (Config.node_lines),
-      .Ways        (Config.ways),
-      .KeyBits     (KeyBits),
-      .DataBits    (DataBits),
-      .WordBits    (128),
-      .WordsPerLine(1 << LinePairBits),
-      .Mshrs       (Config.mshrs),
-      .Waiters     (Contexts)
-  ) u_cache (
-      .clk_i,
-      .rst_ni,
-      .flush_i,
-      .req_valid_i (s1_look),
-      .req_key_i   (s1_pair[22:LinePairBits]),
-      .req_word_i  (s1_pair[LinePairBits-1:0]),
-      .req_waiter_i(s1_context_q),
-      .rsp_valid_o (s2_look),
-      .rsp_hit_o   (s2_hit),
-      .rsp_data_o  (s2_pair),
-      .wake_o      (wake),
-      .wake_error_o(wake_error),
-      .fetch_valid_o,
-      .fetch_ready_i,
-      .fetch_key_o,
-      .fetch_mshr_o,
-      .fill_valid_i,
-      .fill_mshr_i,
-      .fill_data_i,
-      .fill_last_i,
-      .fill_error_i
-  );
+  assign look_valid_o = s1_look;
+  assign look_pair_o  = s1_pair;
+  assign look_context_o = s1_context_q;
+  assign s2_look      = look_valid_i;
+  assign s2_hit       = look_hit_i;
+  assign s2_pair      = look_data_i;
 
   // --- S3: on to the stages ---
   logic                              s3_valid_q;
@@ -357,10 +323,10 @@ module rt_lane #(
   );
 
   always_comb begin
-    ready_d = (ready_q & ~picked) | wake;
+    ready_d = (ready_q & ~picked) | wake_i;
     if (s3_replay) ready_d[s3_context_q] = 1'b1;
     if (state_write_en) ready_d[state_context] = 1'b1;
-    error_d = (error_q & ~picked) | wake_error;
+    error_d = (error_q & ~picked) | wake_error_i;
   end
 
   always_ff @(posedge clk_i) begin
@@ -390,12 +356,12 @@ module rt_lane #(
   end
 
   assign events_o.hit     = s2_look && s2_hit;
-  assign events_o.miss    = s2_look && !s2_hit;
+  assign events_o.miss    = 1'b0;  // counted where lines are fetched
   assign events_o.busy    = s3_valid_q && !s3_replay;
   assign events_o.starved = !pick_valid;
   assign down_o           = descend_enter;
   assign up_o             = backtrack_enter;
 
   `RT_ASSERT(NotReadyTwice, !state_write_en || !ready_q[state_context])
-  `RT_ASSERT(WakesNobodyTwice, (wake & ready_q) == '0)
+  `RT_ASSERT(WakesNobodyTwice, (wake_i & ready_q) == '0)
 endmodule

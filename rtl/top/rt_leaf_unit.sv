@@ -141,6 +141,7 @@ module rt_leaf_unit #(
       .fetch_ready_i,
       .fetch_key_o,
       .fetch_mshr_o,
+      .miss_o      (events_o.miss),
       .fill_valid_i,
       .fill_mshr_i,
       .fill_data_i,
@@ -282,7 +283,6 @@ module rt_leaf_unit #(
   end
 
   assign events_o.hit     = p2_look && p2_hit;
-  assign events_o.miss    = p2_look && !p2_hit;
   assign events_o.busy    = enter;
   assign events_o.starved = !pick_valid;
   assign leaf_o           = enter && p3_fault_q == rt_core_pkg::EventGoOn;

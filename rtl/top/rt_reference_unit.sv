@@ -4,7 +4,7 @@
 //             I4 cache answers   I5 enter rt_tri_test, note that the reference is done. A context with references left becomes ready again.
 // Order       The pipe of rt_tri_test keeps the order, so the last thing a context sends (its last test, or a bubble that carries why there
 //             is none) tells the result unit that all results are in. Tests of an any-hit ray that already has its hit are not sent.
-// Misses      Parked in the list or triangle cache and picked again; nothing is noted until I5.
+// Misses      Parked in the list or triangle cache and picked again; nothing is noted until I5 but the index, once it is known.
 // Statuses    As step_test in hls/top/trace.cpp orders them: step limit, list index, triangle index.
 // Mailbox     The last triangles tested for this ray; a reference to one of them counts as a step and is skipped.
 // Source      Amanatides & Woo 1987 (mailbox).
@@ -90,20 +90,22 @@ module rt_reference_unit #(
   // --- I1: which reference ---
   logic                            i1_valid_q, i1_first_q, i1_error_q;
   context_t                        i1_context_q;
-  rt_contract_pkg::triangle_index_t i1_stored, i1_next, i1_inline;
+  rt_contract_pkg::triangle_index_t i1_stored, i1_next, i1_inline, i1_resolved;
+  logic                             i1_resolved_q;
   rt_core_pkg::references_t        i1_refs;
   logic                            i1_from_list, i1_list_look;
   logic [31:0]                     i1_entry;
   status_t                         i1_event;
 
   assign i1_next      = i1_first_q ? '0 : i1_stored;
-  assign i1_from_list = i1_next >= 24'(rt_contract_pkg::LeafInline);
+  assign i1_from_list = !i1_resolved_q && i1_next >= 24'(rt_contract_pkg::LeafInline);
   assign i1_entry     = 32'(i1_refs.list_base) + 32'(i1_next) - 32'(rt_contract_pkg::LeafInline);
   always_comb begin
     i1_inline = i1_refs.refs[0];
     for (int unsigned i = 1; i < rt_contract_pkg::LeafInline; i++) begin
       if (i1_next == 24'(i)) i1_inline = i1_refs.refs[i];
     end
+    if (i1_resolved_q) i1_inline = i1_resolved;
     i1_event = rt_core_pkg::EventGoOn;
     if (i1_error_q) i1_event = status_t'(rt_contract_pkg::StatusBusError);
     else if (i1_refs.steps + 32'(i1_next) >= view_i.step_limit) i1_event = status_t'(rt_contract_pkg::StatusStepLimit);
@@ -127,7 +129,7 @@ module rt_reference_unit #(
       .DataBits    (DataBits),
       .WordBits    (DataBits),
       .WordsPerLine(LineWords),
-      .Mshrs       (2),
+      .Mshrs       (4),
       .Waiters     (Contexts)
   ) u_list (
       .clk_i,
@@ -146,6 +148,7 @@ module rt_reference_unit #(
       .fetch_ready_i(list_fetch_ready_i),
       .fetch_key_o  (list_fetch_key_o),
       .fetch_mshr_o (list_fetch_mshr_o),
+      .miss_o       (list_miss_o),
       .fill_valid_i (list_fill_valid_i),
       .fill_mshr_i,
       .fill_data_i,
@@ -209,6 +212,7 @@ module rt_reference_unit #(
       .fetch_ready_i(triangle_fetch_ready_i),
       .fetch_key_o  (triangle_fetch_key_o),
       .fetch_mshr_o (triangle_fetch_mshr_o),
+      .miss_o       (events_o.miss),
       .fill_valid_i (triangle_fill_valid_i),
       .fill_mshr_i,
       .fill_data_i,
@@ -291,6 +295,30 @@ module rt_reference_unit #(
       .read_data_o (i1_stored)
   );
 
+  // The index of a reference whose triangle has been missed: the list need not be read again.
+  logic [Contexts-1:0] resolved_q;
+  logic                i4_missed;
+  assign i4_missed = i4_valid_q && i4_look && !i4_hit;
+  rt_ram_sdp #(
+      .Depth (Contexts),
+      .data_t(rt_contract_pkg::triangle_index_t)
+  ) u_resolved (
+      .clk_i,
+      .rst_ni,
+      .write_en_i  (i4_missed),
+      .write_addr_i(i4_context_q),
+      .write_data_i(i4_index_q),
+      .read_en_i   (pick_valid),
+      .read_addr_i (pick),
+      .read_data_o (i1_resolved)
+  );
+  always_ff @(posedge clk_i) begin
+    if (i4_missed) resolved_q[i4_context_q] <= 1'b1;
+    if (i5_done) resolved_q[i5_context_q] <= 1'b0;
+    if (in_valid_i) resolved_q[in_context_i] <= 1'b0;
+    if (!rst_ni) resolved_q <= '0;
+  end
+
   // --- mailbox ---
   if (Config.mail_entries > 0) begin : gen_mailbox
     localparam int unsigned CountBits = $clog2(Config.mail_entries + 1);
@@ -351,6 +379,7 @@ module rt_reference_unit #(
     i1_context_q   <= pick;
     i1_first_q     <= (first_q & picked) != '0;
     i1_error_q     <= (error_q & picked) != '0;
+    i1_resolved_q  <= (resolved_q & picked) != '0;
     i2_valid_q     <= i1_valid_q;
     i2_context_q   <= i1_context_q;
     i2_event_q     <= i1_event;
@@ -395,11 +424,9 @@ module rt_reference_unit #(
   end
 
   assign events_o.hit     = i4_look && i4_hit;
-  assign events_o.miss    = i4_look && !i4_hit;
   assign events_o.busy    = i5_done;
   assign events_o.starved = !pick_valid;
   assign list_hit_o       = i2_list_look && i2_list_hit;
-  assign list_miss_o      = i2_list_look && !i2_list_hit;
   assign skipped_o        = i5_done && i5_known_q;
 
   `RT_ASSERT(WakesNobodyTwice, ((list_wake | triangle_wake) & ready_q) == '0)

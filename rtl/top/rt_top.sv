@@ -91,7 +91,7 @@ module rt_top #(
   logic                       core_rst_n, core_reset_q, draining;
   logic [1:0]                 reset_left_q;
   logic [OutstandingBits-1:0] outstanding_q;
-  logic                       writer_idle;
+  logic                       writer_idle, read_offered_q, read_pending;
 
   assign draining   = stop_q != Run;
   assign core_rst_n = rst_ni && !core_reset_q;
@@ -171,7 +171,7 @@ module rt_top #(
   );
 
   // --- reads ---
-  logic read_gate, read_offered_q, read_pending, skid_in_ready;
+  logic read_gate, skid_in_ready;
   // A request that has been offered is not taken back when the drain begins.
   assign read_gate    = !draining || read_offered_q;
   assign read_ready   = skid_in_ready && read_gate;

@@ -2,7 +2,6 @@
 #include "testbench/cosim/core/axi_memory.hpp"
 
 #include <algorithm>
-#include <bit>
 
 #include "golden/scene/geometry.hpp"
 
@@ -163,6 +162,7 @@ void AxiMemory::drive() {
       for (int i = 0; i < data_bytes_ / 8; ++i)
         out_.r_data[i] = out_.r_resp != 0 ? random_.bits() : words_[(address - base()) / 8 + i];
       read_bytes_ += data_bytes_;
+      id_bytes_[read.id % id_bytes_.size()] += data_bytes_;
       bucket_ -= data_bytes_;
       if (out_.r_last) reads_.erase(chosen);
     }

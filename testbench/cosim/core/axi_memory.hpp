@@ -5,11 +5,11 @@
 // and writes, limits what flows. Without `reorder` bursts are answered in the order in which they were asked for. With it, beats of
 // different ids are mixed at random; within an id the order stays. `stall_percent` takes ready and valid away at random.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <span>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "testbench/cosim/core/core_model.hpp"
@@ -57,6 +57,7 @@ class AxiMemory {
   std::uint64_t read_bursts() const { return read_bursts_; }
   std::uint64_t write_bursts() const { return write_bursts_; }
   std::uint64_t read_bytes() const { return read_bytes_; }
+  std::uint64_t read_bytes_of(std::uint32_t id) const { return id_bytes_[id % id_bytes_.size()]; }
   std::uint64_t written_bytes() const { return written_bytes_; }
   /// Addresses outside the memory; answered with DECERR. A correct core has none.
   std::uint64_t outside() const { return outside_; }
@@ -109,6 +110,7 @@ class AxiMemory {
   bool before_valid_ = false;
   std::vector<std::string> violations_;
   std::uint64_t read_bursts_ = 0, write_bursts_ = 0, read_bytes_ = 0, written_bytes_ = 0, outside_ = 0;
+  std::array<std::uint64_t, 128> id_bytes_{};
   std::int64_t read_number_ = 0, write_number_ = 0;
 };
 

@@ -51,11 +51,11 @@ CoreDriver::CoreDriver(Device& device) : device_(device) {
   identity_.mail_entries = static_cast<int>(RT_FIELD(build, BUILD__MAIL_ENTRIES));
 }
 
-void CoreDriver::load(std::span<const std::uint64_t> image_words, std::uint64_t most_rays) {
+void CoreDriver::load(std::span<const std::uint64_t> image_words, std::uint64_t most_rays, std::uint64_t ray_offset) {
   device_.release_all();
   image_lines_ = image_words.size() / 8;
   image_address_ = device_.allocate(std::max<std::uint64_t>(image_words.size() * 8, 64));
-  ray_address_ = device_.allocate(most_rays * contract::kRayBytes + 8);
+  ray_address_ = device_.allocate((most_rays + ray_offset) * contract::kRayBytes + 8) + ray_offset * contract::kRayBytes;
   hit_address_ = device_.allocate(most_rays * contract::kHitBytes + 8);
   most_rays_ = most_rays;
   device_.write_memory(image_address_, image_words);
@@ -87,9 +87,14 @@ void CoreDriver::wait(std::uint64_t most_clocks, const std::function<void(std::u
   const std::uint64_t limit = device_.clocks() + most_clocks;
   while (!device_.wait_interrupt()) {
     if (progress) progress(device_.read_register(RT_OFFSET(rays)));
-    if (device_.clocks() > limit)
-      throw Error("rtl core: not done after " + std::to_string(most_clocks) + " clocks, " +
-                  std::to_string(device_.read_register(RT_OFFSET(rays))) + " of " + std::to_string(rays_) + " rays finished");
+    if (device_.clocks() > limit) {
+      const CoreCounters c = counters();
+      throw Error("rtl core: not done after " + std::to_string(most_clocks) + " clocks: " + std::to_string(c.rays) + " of " +
+                  std::to_string(rays_) + " rays finished, " + std::to_string(c.down) + " steps down, " + std::to_string(c.leaf) + " leaves, " +
+                  std::to_string(c.tests) + " tests, misses " + std::to_string(c.node_misses) + " node " + std::to_string(c.leaf_misses) +
+                  " leaf " + std::to_string(c.list_misses) + " list " + std::to_string(c.triangle_misses) + " triangle, " +
+                  std::to_string(c.read_beats) + " beats read");
+    }
   }
   if (progress) progress(rays_);
 }

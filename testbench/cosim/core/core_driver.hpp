@@ -48,8 +48,8 @@ class CoreDriver {
   explicit CoreDriver(Device& device);
   const CoreIdentity& identity() const { return identity_; }
 
-  /// Makes room for an image and `most_rays` rays and their hits, and writes the image.
-  void load(std::span<const std::uint64_t> image_words, std::uint64_t most_rays);
+  /// Makes room for an image and `most_rays` rays and their hits, and writes the image. The rays begin `ray_offset` rays into a page.
+  void load(std::span<const std::uint64_t> image_words, std::uint64_t most_rays, std::uint64_t ray_offset = 0);
   /// Writes the rays (4 words each), fills the hits with a pattern, starts.
   void start(std::span<const std::uint64_t> ray_words, const CoreMode& mode);
   /// Until done. `progress` gets the number of rays finished now and then. Throws Error after `most_clocks` without the end.

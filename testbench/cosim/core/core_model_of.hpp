@@ -1,12 +1,15 @@
 // CoreModel over one Verilated top; instantiated once for each configuration (core_model_config.cpp.in).
 #pragma once
 #include <verilated.h>
+#ifdef RETRACE_RTL_WAVES
 #include <verilated_fst_c.h>
+#endif
 
 #include <memory>
 #include <string>
 #include <type_traits>
 
+#include "golden/scene/geometry.hpp"
 #include "testbench/cosim/core/core_model.hpp"
 
 namespace retrace::cosim {
@@ -18,20 +21,28 @@ class CoreModelOf final : public CoreModel {
     context_->randReset(2);
     context_->randSeed(static_cast<int>(seed % 0x7fffffff) + 1);
     context_->fatalOnError(false);
+#ifdef RETRACE_RTL_WAVES
     context_->traceEverOn(!waves.empty());
+#else
+    if (!waves.empty()) throw Error("rtl core: built without waves; configure with -DRETRACE_RTL_WAVES=ON");
+#endif
     model_ = std::make_unique<Model>(context_.get());
     model_->clk_i = 0;
     model_->rst_ni = 0;
+#ifdef RETRACE_RTL_WAVES
     if (!waves.empty()) {
       waves_ = std::make_unique<VerilatedFstC>();
       model_->trace(waves_.get(), 99);
       waves_->open(waves.c_str());
     }
+#endif
     model_->eval();
   }
   ~CoreModelOf() override {
     model_->final();
+#ifdef RETRACE_RTL_WAVES
     if (waves_) waves_->close();
+#endif
   }
 
   // Verilator settles the logic behind the inputs before it looks at the clock, so inputs and edge go into one evaluation.
@@ -64,7 +75,7 @@ class CoreModelOf final : public CoreModel {
     }
     m.clk_i = 1;
     m.eval();
-    if (waves_) waves_->dump(10 * clocks_ + 5);
+    dump(10 * clocks_ + 5);
     out.irq = m.irq_o;
     out.lite.aw_ready = m.axil_aw_ready_o;
     out.lite.w_ready = m.axil_w_ready_o;
@@ -105,7 +116,7 @@ class CoreModelOf final : public CoreModel {
     }
     m.clk_i = 0;
     m.eval();
-    if (waves_) waves_->dump(10 * clocks_ + 10);
+    dump(10 * clocks_ + 10);
     ++clocks_;
   }
   int data_bytes() const override { return kWide ? 16 : 8; }
@@ -117,7 +128,14 @@ class CoreModelOf final : public CoreModel {
 
   std::unique_ptr<VerilatedContext> context_;
   std::unique_ptr<Model> model_;
+#ifdef RETRACE_RTL_WAVES
+  void dump(std::uint64_t time) {
+    if (waves_) waves_->dump(time);
+  }
   std::unique_ptr<VerilatedFstC> waves_;
+#else
+  void dump(std::uint64_t) {}
+#endif
   std::uint64_t clocks_ = 0;
 };
 

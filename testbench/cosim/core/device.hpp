@@ -50,6 +50,7 @@ class SimulatedDevice final : public Device {
   std::uint64_t clocks() const override { return model_->clocks(); }
 
   AxiMemory& memory() { return memory_; }
+  const AxiMemory& memory() const { return memory_; }
   int data_bytes() const { return model_->data_bytes(); }
   /// Clocks pass. Throws Error if an assertion of the RTL fails or a rule of the bus is broken.
   void run(std::uint64_t clocks);

@@ -16,6 +16,12 @@ class Simulation final : public RtlEngine {
   std::span<const std::uint64_t> raw_hits() const override { return raw_hits_; }
   const cosim::CoreCounters& counters() const override { return counters_; }
   cosim::CoreIdentity identity() const override { return driver_.identity(); }
+  std::array<std::uint64_t, 6> read_bytes_by_source() const override {
+    // The upper bits of the id name the source (rt_core_pkg::Source*), the last ones are lanes.
+    std::array<std::uint64_t, 6> bytes{};
+    for (std::uint32_t id = 0; id < 128; ++id) bytes[std::min(id >> 3, 5u)] += device_.memory().read_bytes_of(id);
+    return bytes;
+  }
   cosim::CoreStatus status() const override { return status_; }
   std::uint64_t simulated_clocks() const override { return device_.clocks(); }
   double simulation_seconds() const override { return seconds_; }
@@ -44,7 +50,7 @@ class Simulation final : public RtlEngine {
     mode.mailbox = options.mailbox != 0;
     driver_.start(ray_words, mode);
     std::uint64_t reported = 0;
-    driver_.wait(1000000 + options_.clocks_per_ray * inside.size(), [&](std::uint64_t finished) {
+    driver_.wait(100000 + options_.clocks_per_ray * inside.size(), [&](std::uint64_t finished) {
       if (options.done && finished > reported) *options.done += finished - reported;
       reported = std::max(reported, finished);
     });

@@ -1,5 +1,6 @@
 // The engine that renders through the RTL core in Verilator.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -25,6 +26,8 @@ class RtlEngine : public Engine {
   /// Of all runs so far.
   virtual const cosim::CoreCounters& counters() const = 0;
   virtual cosim::CoreIdentity identity() const = 0;
+  /// Bytes read so far: header, rays, leaves, list, triangles, nodes (all lanes).
+  virtual std::array<std::uint64_t, 6> read_bytes_by_source() const = 0;
   /// Of the last run.
   virtual cosim::CoreStatus status() const = 0;
   /// Clocks simulated and the seconds they took.

@@ -1,0 +1,424 @@
+// The RTL core against the kernel in C simulation: every hit of every frame in every byte, whatever the memory does; faults of the bus, of the
+// image and of the rays end in the status they should; soft reset at any moment. Seeds: RETRACE_SEED.
+#include "testbench/cosim/core/rtl_engine.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+#include "golden/scene/kd_builder.hpp"
+#include "golden/scene/view.hpp"
+#include "scenes/open_scene.hpp"
+#include "testbench/csim/csim_engine.hpp"
+#include "testbench/csim/random.hpp"
+#include "testbench/csim/test_rays.hpp"
+
+namespace {
+
+using namespace retrace;
+using cosim::CoreDriver;
+using cosim::CoreMode;
+using cosim::MemoryOptions;
+using cosim::SimulatedDevice;
+
+constexpr std::uint64_t kPatience = 20000000;  // clocks; more than any of these runs takes, so that a hang ends the test
+
+struct Prepared {
+  GridScene grid;
+  MemoryImage image;
+  std::vector<GridRay> primary, awkward;
+};
+
+/// A scene with primary rays of a small frame, half of them again as any-hit rays, and awkward rays. Made once.
+const Prepared& prepared(const std::string& name) {
+  static std::map<std::string, Prepared> cache;
+  auto [it, is_new] = cache.try_emplace(name);
+  Prepared& p = it->second;
+  if (!is_new) return p;
+  const Scene scene = open_scene(name);
+  const WorldTriangles world = flatten(scene);
+  p.grid = snap(world);
+  p.image = build_kd(p.grid);
+  const ViewCamera view = default_view(scene, world);
+  constexpr int kWidth = 32, kHeight = 24;
+  for (int any = 0; any < 2; ++any)
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; x += 1 + any)
+        p.primary.push_back(quantise(view.ray(x + 0.5, y + 0.5, kWidth, kHeight), p.grid.transform, p.grid.box, any != 0));
+  Random random(test_seed());
+  p.awkward = make_test_rays(p.grid, p.image, 700, random);
+  return p;
+}
+
+std::vector<std::uint64_t> packed(std::span<const GridRay> rays) {
+  std::vector<std::uint64_t> words(contract::RayRecord::kWords * rays.size());
+  for (std::size_t i = 0; i < rays.size(); ++i) rays[i].record.pack(&words[contract::RayRecord::kWords * i]);
+  return words;
+}
+
+std::vector<GridRay> only_inside(std::span<const GridRay> rays) {
+  std::vector<GridRay> inside;
+  std::copy_if(rays.begin(), rays.end(), std::back_inserter(inside), [](const GridRay& r) { return !r.outside; });
+  return inside;
+}
+
+std::vector<std::uint64_t> csim_hits(std::span<const std::uint64_t> image, std::span<const GridRay> rays, const TraceOptions& options) {
+  auto csim = make_csim_engine(image);
+  std::vector<Hit> hits(rays.size());
+  csim->trace(rays, hits, {}, options);
+  const auto raw = csim->raw_hits();
+  return {raw.begin(), raw.end()};
+}
+
+std::uint32_t status_of(const std::vector<std::uint64_t>& hits, std::size_t ray) {
+  return contract::HitRecord::unpack(&hits[2 * ray]).status;
+}
+
+MemoryOptions hostile_memory(std::uint64_t seed) {
+  MemoryOptions memory;
+  memory.latency_min = 1;
+  memory.latency_max = 200;
+  memory.reorder = true;
+  memory.stall_percent = 20;
+  memory.seed = seed;
+  return memory;
+}
+
+// ------------------------------------------------------------------------------------------------ frames
+
+struct Frame {
+  const char* scene;
+  const char* configuration;
+  WayUp way_up;
+  bool mailbox, hostile;
+};
+
+class RtlFrame : public testing::TestWithParam<Frame> {};
+
+TEST_P(RtlFrame, EqualsKernelInEveryByte) {
+  const Frame& frame = GetParam();
+  SCOPED_TRACE("seed " + std::to_string(test_seed()));
+  const Prepared& p = prepared(frame.scene);
+  RtlOptions options;
+  options.configuration = frame.configuration;
+  options.seed = test_seed();
+  options.memory.seed = test_seed();
+  if (frame.hostile) options.memory = hostile_memory(test_seed());
+  auto rtl = make_rtl_engine(p.image, options);
+  TraceOptions trace;
+  trace.way_up = frame.way_up;
+  trace.mailbox = frame.mailbox ? kCsimMailbox : 0;
+  for (const auto* rays : {&p.primary, &p.awkward}) {
+    const auto expected = csim_hits(p.image.words(), *rays, trace);
+    std::vector<Hit> hits(rays->size());
+    rtl->trace(*rays, hits, {}, trace);
+    const auto raw = rtl->raw_hits();
+    std::size_t differ = 0;
+    for (std::size_t i = 0; i < rays->size(); ++i) {
+      if (raw[2 * i] == expected[2 * i] && raw[2 * i + 1] == expected[2 * i + 1]) continue;
+      if (++differ <= 3)
+        ADD_FAILURE() << "ray " << i << ": " << std::hex << raw[2 * i] << ' ' << raw[2 * i + 1] << ", kernel " << expected[2 * i] << ' '
+                      << expected[2 * i + 1];
+    }
+    EXPECT_EQ(differ, 0u);
+    const auto status = rtl->status();
+    EXPECT_TRUE(status.done);
+    EXPECT_FALSE(status.write_fault);
+    EXPECT_EQ(status.ray_fault, std::any_of(hits.begin(), hits.end(), [](const Hit& h) { return h.status > contract::kStatusHit; }));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Frames, RtlFrame,
+    testing::Values(Frame{"room:detail=0.02", "ecp5", WayUp::kFaceLinks, false, false},
+                    Frame{"room:detail=0.02", "ecp5", WayUp::kParentLinks, true, true},
+                    Frame{"room:detail=0.02", "small", WayUp::kFaceLinks, true, true},
+                    Frame{"room:detail=0.02", "wide", WayUp::kParentLinks, false, true},
+                    Frame{"knot", "small", WayUp::kParentLinks, false, true}, Frame{"knot", "ecp5x128", WayUp::kFaceLinks, false, true},
+                    Frame{"knot", "wide", WayUp::kFaceLinks, true, false}, Frame{"needles", "ecp5", WayUp::kFaceLinks, false, true},
+                    Frame{"slivers", "ecp5", WayUp::kParentLinks, false, true}, Frame{"coincident", "wide", WayUp::kFaceLinks, false, true},
+                    Frame{"coincident", "ecp5", WayUp::kParentLinks, true, true}, Frame{"degenerate", "small", WayUp::kFaceLinks, false, true},
+                    Frame{"one", "ecp5", WayUp::kParentLinks, false, true}, Frame{"none", "ecp5", WayUp::kFaceLinks, false, true}),
+    [](const auto& info) {
+      const Frame& f = info.param;
+      std::string name = std::string(f.scene).substr(0, std::string(f.scene).find(':')) + "_" + f.configuration +
+                         (f.way_up == WayUp::kParentLinks ? "_parent" : "_face") + (f.mailbox ? "_mailbox" : "") + (f.hostile ? "_hostile" : "");
+      return name;
+    });
+
+// ------------------------------------------------------------------------------------------------ the device by itself
+
+/// A small core with a scene loaded, driven directly.
+class RtlCore : public testing::Test {
+ protected:
+  explicit RtlCore(const std::string& configuration = "small", const MemoryOptions& memory = {})
+      : scene_(prepared("room:detail=0.02")), device_({configuration, memory, "", test_seed()}), driver_(device_) {
+    rays_ = only_inside(scene_.primary);
+    rays_.resize(std::min<std::size_t>(rays_.size(), 400));
+    expected_ = csim_hits(scene_.image.words(), rays_, {});
+  }
+  std::vector<std::uint64_t> run(std::span<const GridRay> rays, const CoreMode& mode = {}) {
+    driver_.start(packed(rays), mode);
+    driver_.wait(kPatience);
+    return hits(rays.size());
+  }
+  std::vector<std::uint64_t> hits(std::size_t count) {
+    std::vector<std::uint64_t> words(2 * count);
+    driver_.hits(words);
+    return words;
+  }
+
+  const Prepared& scene_;
+  SimulatedDevice device_;
+  CoreDriver driver_;
+  std::vector<GridRay> rays_;
+  std::vector<std::uint64_t> expected_;
+};
+
+TEST_F(RtlCore, SaysWhatItIs) {
+  EXPECT_EQ(driver_.identity().lanes, 1);
+  EXPECT_EQ(driver_.identity().contexts, 64);
+  EXPECT_EQ(driver_.identity().data_bytes, 8);
+  EXPECT_EQ(driver_.identity().mail_entries, kCsimMailbox);
+  EXPECT_FALSE(driver_.status().busy);
+  EXPECT_FALSE(driver_.status().done);
+  EXPECT_FALSE(device_.interrupt());
+}
+
+TEST_F(RtlCore, AnyNumberOfRaysAtAnyAddress) {
+  for (const std::uint64_t offset : {0, 1, 3, 126}) {
+    driver_.load(scene_.image.words(), rays_.size(), offset);
+    for (const std::size_t count : {std::size_t{0}, std::size_t{1}, std::size_t{2}, std::size_t{5}, std::size_t{131}}) {
+      const auto result = run(std::span(rays_).first(count));
+      EXPECT_TRUE(std::equal(result.begin(), result.end(), expected_.begin())) << count << " rays at offset " << offset;
+    }
+  }
+}
+
+TEST_F(RtlCore, CountersAddUp) {
+  driver_.load(scene_.image.words(), rays_.size());
+  run(rays_);
+  const auto c = driver_.counters();
+  auto csim = make_csim_engine(scene_.image);
+  std::vector<Hit> hits(rays_.size());
+  csim->trace(rays_, hits, {}, {});
+  EXPECT_EQ(c.rays, rays_.size());
+  EXPECT_EQ(c.faults, 0u);
+  EXPECT_EQ(c.down, csim->totals().down);
+  EXPECT_EQ(c.up, 0u);
+  EXPECT_EQ(c.leaf, csim->totals().leaf);
+  EXPECT_GE(c.tests, csim->totals().tests);  // an any-hit ray may have tests in flight when it gets its hit
+  for (const auto* unit : {&c.lanes, &c.leaf_unit, &c.references, &c.tri_test, &c.bus})
+    EXPECT_NEAR(static_cast<double>(unit->busy + unit->starved + unit->blocked), static_cast<double>(c.clocks), 4.0);
+  EXPECT_EQ(c.write_beats, 2 * rays_.size());
+  EXPECT_EQ(c.read_beats * 8, device_.memory().read_bytes());
+  EXPECT_EQ(device_.memory().outside(), 0u);
+}
+
+TEST_F(RtlCore, RaysThatCannotBeTraced) {
+  driver_.load(scene_.image.words(), rays_.size());
+  auto rays = rays_;
+  rays[7].record.direction[0] = rays[7].record.direction[1] = rays[7].record.direction[2] = 0;
+  rays[9].record.origin[1] = scene_.grid.box[3] + 1;
+  const auto result = run(rays);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (i == 7 || i == 9) EXPECT_EQ(status_of(result, i), static_cast<std::uint32_t>(contract::kStatusBadRay));
+    else EXPECT_TRUE(std::equal(&result[2 * i], &result[2 * i] + 2, &expected_[2 * i])) << "ray " << i;
+  }
+  const auto status = driver_.status();
+  EXPECT_TRUE(status.ray_fault);
+  EXPECT_EQ(status.first_fault, static_cast<std::uint32_t>(contract::kStatusBadRay));
+  EXPECT_TRUE(status.fault_ray == 7 || status.fault_ray == 9);
+}
+
+TEST_F(RtlCore, StepLimit) {
+  driver_.load(scene_.image.words(), rays_.size());
+  CoreMode mode;
+  mode.own_step_limit = true;
+  mode.step_limit = 25;
+  const auto result = run(rays_, mode);
+  // The kernel with the same limit in the header.
+  std::vector<std::uint64_t> words(scene_.image.words().begin(), scene_.image.words().end());
+  auto header = scene_.image.header();
+  header.step_limit = mode.step_limit;
+  header.pack(words.data());
+  EXPECT_EQ(result, csim_hits(words, rays_, {}));
+  EXPECT_EQ(driver_.status().first_fault, static_cast<std::uint32_t>(contract::kStatusStepLimit));
+  EXPECT_EQ(run(rays_), expected_);
+  EXPECT_FALSE(driver_.status().ray_fault);
+}
+
+// ------------------------------------------------------------------------------------------------ faults
+
+TEST_F(RtlCore, HeaderThatCannotBeUsed) {
+  const auto header = scene_.image.header();
+  const auto attempt = [&](const contract::HeaderRecord& bad, std::size_t lines) {
+    std::vector<std::uint64_t> words(scene_.image.words().begin(), scene_.image.words().end());
+    bad.pack(words.data());
+    driver_.load(std::span(words).first(lines * 8), rays_.size());
+    const auto result = run(rays_);
+    EXPECT_TRUE(std::all_of(result.begin(), result.end(), [](std::uint64_t w) { return w == CoreDriver::kUnwritten; }));
+    EXPECT_TRUE(driver_.status().done);
+    EXPECT_EQ(device_.memory().outside(), 0u);
+    return driver_.status().image_fault;
+  };
+  auto bad = header;
+  bad.magic ^= 1;
+  EXPECT_EQ(attempt(bad, header.lines), 1);
+  bad = header;
+  bad.version += 1;
+  EXPECT_EQ(attempt(bad, header.lines), 1);
+  for (auto field : {&contract::HeaderRecord::pair_offset, &contract::HeaderRecord::leaf_offset, &contract::HeaderRecord::list_offset,
+                     &contract::HeaderRecord::triangle_offset, &contract::HeaderRecord::pair_count, &contract::HeaderRecord::leaf_count,
+                     &contract::HeaderRecord::list_count, &contract::HeaderRecord::triangle_count}) {
+    bad = header;
+    bad.*field = 0xffffffff;
+    EXPECT_EQ(attempt(bad, header.lines), 2);
+  }
+  EXPECT_EQ(attempt(header, header.lines - 1), 2);
+  EXPECT_EQ(attempt(header, 1), 2);
+  driver_.load(scene_.image.words(), rays_.size());
+  EXPECT_EQ(run(rays_), expected_);
+  EXPECT_EQ(driver_.status().image_fault, 0);
+}
+
+TEST_F(RtlCore, CorruptImagesEndLikeTheKernel) {
+  SCOPED_TRACE("seed " + std::to_string(test_seed()));
+  Random random(test_seed());
+  auto header = scene_.image.header();
+  header.step_limit = 300;  // corrupt trees have long walks
+  std::size_t faults = 0;
+  const std::span<const GridRay> rays = std::span(rays_).first(150);
+  for (int round = 0; round < 24; ++round) {
+    std::vector<std::uint64_t> words(scene_.image.words().begin(), scene_.image.words().end());
+    header.pack(words.data());
+    // Whole sections and single words, random bits and bit flips; the lower parts of the tree are as likely to be met as the upper ones.
+    const std::uint64_t sections[] = {header.pair_offset, header.leaf_offset, header.list_offset, header.triangle_offset, header.lines};
+    const int section = round % 4;
+    const std::uint64_t begin = 8 * sections[section], end = 8 * sections[section + 1];
+    if (end <= begin) continue;
+    const int spots = round < 8 ? 2000 : 200;
+    for (int i = 0; i < spots; ++i) {
+      std::uint64_t& word = words[begin + random.below(end - begin)];
+      word = random.chance(2) ? random.bits() : word ^ (1ull << random.below(64));
+    }
+    TraceOptions options;
+    CoreMode mode;
+    mode.parent_links = round % 3 == 1;
+    mode.mailbox = round % 5 == 1;
+    options.way_up = mode.parent_links ? WayUp::kParentLinks : WayUp::kFaceLinks;
+    options.mailbox = mode.mailbox ? kCsimMailbox : 0;
+    driver_.load(words, rays_.size());
+    const auto result = run(rays, mode);
+    EXPECT_EQ(result, csim_hits(words, rays, options)) << "round " << round;
+    EXPECT_EQ(device_.memory().outside(), 0u);
+    faults += driver_.counters().faults;
+  }
+  EXPECT_GT(faults, 100u);
+  driver_.load(scene_.image.words(), rays_.size());
+  EXPECT_EQ(run(rays_), expected_);
+}
+
+TEST_F(RtlCore, ReadErrorsEndOnlyTheRaysThatMeetThem) {
+  SCOPED_TRACE("seed " + std::to_string(test_seed()));
+  driver_.load(scene_.image.words(), rays_.size());
+  const std::span<const GridRay> rays = std::span(rays_).first(100);
+  Random random(test_seed());
+  std::size_t hurt_frames = 0;
+  for (int n = 0; n < 60; ++n) {
+    cosim::ErrorInjection errors;
+    errors.read_burst = n < 30 ? n : static_cast<std::int64_t>(random.below(400));
+    errors.read_beat = n % 3 == 0 ? -1 : static_cast<int>(random.below(6));
+    errors.decode_error = n % 2 == 0;
+    device_.memory().arm(errors);
+    const auto result = run(rays);
+    const auto status = driver_.status();
+    if (n == 0) {
+      EXPECT_EQ(status.image_fault, 3);
+      continue;
+    }
+    std::size_t hurt = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      if (status_of(result, i) == static_cast<std::uint32_t>(contract::kStatusBusError)) ++hurt;
+      else EXPECT_TRUE(std::equal(&result[2 * i], &result[2 * i] + 2, &expected_[2 * i])) << "burst " << errors.read_burst << " ray " << i;
+    }
+    EXPECT_EQ(status.ray_fault, hurt > 0);
+    if (hurt > 0) {
+      ++hurt_frames;
+      EXPECT_EQ(status.first_fault, static_cast<std::uint32_t>(contract::kStatusBusError));
+      EXPECT_EQ(status_of(result, status.fault_ray), static_cast<std::uint32_t>(contract::kStatusBusError));
+    }
+  }
+  EXPECT_GT(hurt_frames, 30u);
+  device_.memory().arm({});
+  EXPECT_EQ(run(rays_), expected_);
+}
+
+TEST_F(RtlCore, WriteErrorsNameTheRay) {
+  driver_.load(scene_.image.words(), rays_.size());
+  cosim::ErrorInjection errors;
+  errors.write_burst = 17;
+  device_.memory().arm(errors);
+  const auto result = run(rays_);
+  const auto status = driver_.status();
+  ASSERT_TRUE(status.write_fault);
+  for (std::size_t i = 0; i < rays_.size(); ++i) {
+    if (i == status.write_fault_ray) EXPECT_EQ(result[2 * i], CoreDriver::kUnwritten);
+    else EXPECT_TRUE(std::equal(&result[2 * i], &result[2 * i] + 2, &expected_[2 * i])) << "ray " << i;
+  }
+  device_.memory().arm({});
+  EXPECT_EQ(run(rays_), expected_);
+  EXPECT_FALSE(driver_.status().write_fault);
+}
+
+class RtlCoreHostile : public RtlCore {
+ protected:
+  RtlCoreHostile() : RtlCore("ecp5", hostile_memory(test_seed())) {}
+};
+
+TEST_F(RtlCoreHostile, SoftResetAtAnyMoment) {
+  SCOPED_TRACE("seed " + std::to_string(test_seed()));
+  Random random(test_seed());
+  driver_.load(scene_.image.words(), rays_.size());
+  for (int n = 0; n < 25; ++n) {
+    driver_.start(packed(rays_), {});
+    device_.run(n < 10 ? 20 * n : random.below(12000));
+    driver_.soft_reset();
+    EXPECT_TRUE(device_.memory().idle());
+    const auto status = driver_.status();
+    EXPECT_FALSE(status.busy || status.done || status.ray_fault);
+    if (n % 5 == 4) EXPECT_EQ(run(rays_), expected_) << "after reset " << n;
+  }
+}
+
+// ------------------------------------------------------------------------------------------------ the bench itself
+
+TEST(AxiMemory, SeesBrokenRules) {
+  const auto check = [](auto&& drive) {
+    cosim::AxiMemory memory(8, {});
+    memory.resize(1 << 16);
+    cosim::AxiMasterSignals master;
+    drive(memory, master);
+    return memory.violations().size();
+  };
+  const auto read = [](cosim::AxiMasterSignals& m, std::uint64_t offset, std::uint32_t len) {
+    m.ar_valid = true;
+    m.ar_addr = cosim::AxiMemory::base() + offset;
+    m.ar_len = len;
+    m.ar_size = 3;
+    m.ar_burst = 1;
+  };
+  EXPECT_EQ(check([&](auto& memory, auto& m) { read(m, 4096 - 64, 7), memory.clock(m); }), 0u);
+  EXPECT_EQ(check([&](auto& memory, auto& m) { read(m, 4096 - 32, 7), memory.clock(m); }), 1u);  // crosses 4 KB
+  EXPECT_EQ(check([&](auto& memory, auto& m) { read(m, 4, 0), memory.clock(m); }), 1u);          // not aligned
+  EXPECT_EQ(check([&](auto& memory, auto& m) { read(m, 0, 0), m.ar_burst = 0, memory.clock(m); }), 1u);
+  EXPECT_EQ(check([&](auto& memory, auto& m) {
+              m.w_valid = true, m.w_strb = 0xff, m.w_last = false;
+              m.aw_valid = true, m.aw_addr = cosim::AxiMemory::base(), m.aw_size = 3, m.aw_burst = 1;
+              memory.clock(m);
+            }),
+            1u);  // one beat, and it is not the last
+}
+
+}  // namespace
