@@ -5,6 +5,8 @@
 #include <sstream>
 
 #include "golden/image/output_file.hpp"
+#include "golden/scene/gltf_loader.hpp"
+#include "scenes/animated_scenes.hpp"
 #include "scenes/generators.hpp"
 #include "scenes/glb_writer.hpp"
 #include "testbench/cli/commands.hpp"
@@ -24,13 +26,27 @@ std::string number(double value) {
   return text.str();
 }
 
+std::vector<SceneGenerator> all_generators() {
+  std::vector<SceneGenerator> all(scene_generators().begin(), scene_generators().end());
+  all.insert(all.end(), animated_scene_generators().begin(), animated_scene_generators().end());
+  return all;
+}
+
+bool is_animated(const std::string& name) {
+  for (const SceneGenerator& generator : animated_scene_generators()) {
+    if (generator.name == name) return true;
+  }
+  return false;
+}
+
 std::string list_generators() {
   std::string text;
-  for (const SceneGenerator& generator : scene_generators()) {
+  for (const SceneGenerator& generator : all_generators()) {
     text += "  " + generator.name + std::string(generator.name.size() < 14 ? 14 - generator.name.size() : 1, ' ') +
             generator.description + "\n";
     for (const SceneParameter& p : generator.parameters) {
-      text += "      " + p.name + "=" + number(p.value) + "  " + p.description + ", " + number(p.lower) + " to " + number(p.upper) + "\n";
+      text += "      " + p.name + "=" + number(p.value) + "  " + p.description + ", " + number(p.lower) + " to " +
+              number(p.upper) + "\n";
     }
   }
   return text;
@@ -44,16 +60,26 @@ void run_make_scene(const MakeSceneArguments& a) {
   if (a.name.empty()) throw CLI::RequiredError("name");
   if (a.output.empty()) throw CLI::RequiredError("--output");
   OutputFile file(a.output);
-  const Scene scene = make_scene(a.name, parse_scene_parameters(a.settings));
-  const std::vector<std::uint8_t> bytes = to_glb(scene);
+  const SceneParameters parameters = parse_scene_parameters(a.settings);
+  std::vector<std::uint8_t> bytes;
+  Scene scene;
+  if (is_animated(a.name)) {
+    bytes = make_animated_glb(a.name, parameters);
+    scene = load_gltf_memory(bytes);
+  } else {
+    scene = make_scene(a.name, parameters);
+    bytes = to_glb(scene);
+  }
   file.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   file.commit();
   std::size_t triangles = 0;
   for (const std::uint32_t n : scene.reachable()) {
     if (scene.nodes[n].mesh >= scene.meshes.size()) continue;
-    for (const Primitive& primitive : scene.meshes[scene.nodes[n].mesh].primitives) triangles += primitive.triangles.size();
+    for (const Primitive& primitive : scene.meshes[scene.nodes[n].mesh].primitives)
+      triangles += primitive.triangles.size();
   }
-  std::printf("%s: %s triangles, %s bytes\n", a.output.c_str(), with_commas(triangles).c_str(), with_commas(bytes.size()).c_str());
+  std::printf("%s: %s triangles, %s bytes\n", a.output.c_str(), with_commas(triangles).c_str(),
+              with_commas(bytes.size()).c_str());
 }
 
 }  // namespace
