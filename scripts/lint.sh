@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Format and static checks of the C++ and the shell scripts: clang-format, clang-tidy (.clang-tidy), bash -n. RTL: scripts/rtl_lint.sh.
+# Format of the C++, syntax of the shell scripts, and with --tidy static checks (clang-tidy, .clang-tidy; minutes). RTL: scripts/rtl_lint.sh.
 # usage: scripts/lint.sh [--tidy BUILD_FOLDER]
 set -euo pipefail
 cd "$(dirname "$0")/.."
