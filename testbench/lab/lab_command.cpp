@@ -122,15 +122,22 @@ void run(const Arguments& a) {
   OutputFile* markdown = a.markdown.empty() ? nullptr : &open(a.markdown);
   if (markdown) merge_markdown(a.markdown, "");  // before minutes are spent
 
+  if (!a.plots.empty()) {
+    std::error_code failed;
+    std::filesystem::create_directories(a.plots, failed);
+    if (failed) throw Error(a.plots + ": cannot be made: " + failed.message());
+  }
+
   for (const std::string& scene : a.scenes) report.scenes.push_back(measure(scene, report.options));
   report.seconds = seconds();
   if (html) html->write(to_html(report));
   if (markdown) markdown->write(merge_markdown(a.markdown, to_markdown(report)));
   if (!a.plots.empty()) {
-    std::filesystem::create_directories(a.plots);
-    for (const SceneReport& scene : report.scenes)
+    for (const SceneReport& scene : report.scenes) {
+      if (scene.rows.empty()) continue;
       for (const auto& [name, svg] : to_plots(scene, report.options))
         open(std::filesystem::path(a.plots) / ("lab-" + file_name(scene.name) + "-" + name + ".svg")).write(svg);
+    }
   }
   for (const auto& file : files) {
     file->commit();

@@ -142,7 +142,7 @@ struct Series {
 /// Lines over named positions.
 std::string lines(const std::string& title, const std::vector<std::string>& x_names, const std::vector<Series>& series,
                   const std::string& x_axis, const std::string& y_axis) {
-  const int left = 60, right = 250, top = 34, bottom = 46, width = 760, height = 330;
+  const int left = 60, right = 300, top = 34, bottom = 46, width = 820, height = 330;
   Svg svg(width, height, title);
   double largest = 0;
   for (const Series& s : series)

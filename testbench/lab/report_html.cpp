@@ -49,7 +49,8 @@ std::string png_uri(const std::vector<float>& values, int width, int height, flo
   return "data:image/png;base64," + base64(file);
 }
 
-/// A round number above nearly all values of all maps, so that a few extreme pixels do not flatten the rest.
+/// A round number above nearly all values of most maps, so that a few extreme pixels and structures do not flatten the
+/// rest.
 float common_top(const std::vector<const std::vector<float>*>& maps) {
   std::vector<float> tops;
   for (const auto* map : maps) {
@@ -60,7 +61,7 @@ float common_top(const std::vector<const std::vector<float>*>& maps) {
   }
   if (tops.empty()) return 1.0f;
   std::sort(tops.begin(), tops.end());
-  const float raw = std::max(1.0f, tops[tops.size() * 3 / 4]);
+  const float raw = std::max(1.0f, tops[tops.size() / 2]);
   const float power = std::pow(10.0f, std::floor(std::log10(raw)));
   return std::ceil(raw / power * 2.0f) / 2.0f * power;
 }
@@ -99,7 +100,9 @@ std::string to_html(const LabReport& report) {
     }
     maps.push_back(list);
     ordered_json drawn = ordered_json::array();
-    for (const auto& [name, svg] : to_plots(scene, report.options)) drawn.push_back(svg);
+    const auto svgs = to_plots(scene, report.options);
+    for (const char* name : {"work-primary", "ways-up", "mailboxes", "caches", "work-shadow", "work-bounce"})
+      if (const auto it = svgs.find(name); it != svgs.end() && !scene.rows.empty()) drawn.push_back(it->second);
     plots.push_back(drawn);
   }
   const ordered_json data = {{"report", to_json(report)}, {"maps", maps}, {"plots", plots}, {"colors", colors}};
