@@ -116,10 +116,14 @@ ExactIntersection intersect_exactly(const contract::RayRecord& ray, const GridTr
   result.outside = -std::numeric_limits<double>::infinity();
   bool within = true, close = false;
   for (std::size_t k = 0; k < 3; ++k) {
-    const double inside = static_cast<double>(dn < 0 ? -e[k] : e[k]) / std::sqrt(length2[k] * d2) * kPositionUlp;
-    const double band = length2[k] == longest ? kLongestEdgeBand : kEdgeBand;
-    result.outside = std::max(result.outside, -inside);
-    within = within && -inside <= band;
+    const double unit = kPositionUlp / std::sqrt(length2[k] * d2);
+    const double inside = static_cast<double>(dn < 0 ? -e[k] : e[k]) * unit;
+    const bool is_longest = length2[k] == longest;
+    const double band = is_longest ? kLongestEdgeBand : kEdgeBand;
+    // Beyond the opposite vertex: |d . n| is the e_k of that vertex. The test bounds it for the two shorter edges.
+    const double beyond = is_longest ? -inside : inside - static_cast<double>(dn < 0 ? -dn : dn) * unit;
+    result.outside = std::max({result.outside, -inside, beyond});
+    within = within && -inside <= band && beyond <= band;
     close = close || inside <= band;
   }
   result.in_band = !result.parallel && within && close;

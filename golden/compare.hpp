@@ -17,17 +17,18 @@
 #include <string>
 #include <vector>
 
+#include "certified_bounds.hpp"
 #include "engine.hpp"
 
 namespace retrace {
 
-/// Edge band: how far outside an edge an accepted hit may pass, grid units. The certified bound is below 2^-20 for two of the edges and
-/// above it for the longest one (false_uv.g, false_w.g), which therefore has a band of its own.
+/// Edge band: how far outside an edge, or beyond the vertex opposite to it, an accepted hit may pass, grid units. For two of the edges the
+/// certified bound is below 2^-20. For the longest one it is above, so that edge has a band of its own.
 inline constexpr double kEdgeBand = 0x1p-20;
-inline constexpr double kLongestEdgeBand = 50296 * 0x1p-35;
-/// Depth bound of a fixed-point hit: |t - exact t| <= kDepthNumerator / |d'z| + kDepthFloor, d'z the direction along the unit normal
-/// (depth_exact.g).
-inline constexpr double kDepthNumerator = 4252 * 0x1p-35;
+inline constexpr double kLongestEdgeBand = certified::kFalseW;
+static_assert(certified::kFalseUv <= kEdgeBand && certified::kFalseTop <= kEdgeBand);
+/// Depth bound of a fixed-point hit: |t - exact t| <= kDepthNumerator / |d'z| + kDepthFloor, d'z the direction along the unit normal.
+inline constexpr double kDepthNumerator = certified::kDepthExact > certified::kDepthComputed ? certified::kDepthExact : certified::kDepthComputed;
 inline constexpr double kDepthFloor = 0x1p-24;
 /// Below this |d'z| a hit counts as grazing.
 inline constexpr double kGrazing = 0x1p-10;
@@ -51,8 +52,8 @@ struct ExactIntersection {
   bool parallel = false;  ///< the line is parallel to the plane: no t
   double t = 0.0;         ///< along the quantised direction, grid units; of the plane, whether inside or not
   double dz = 0.0;        ///< direction along the unit normal, absolute
-  double outside = 0.0;   ///< how far outside the worst edge the line passes, foreshortened, grid units; negative: inside all
-  bool in_band = false;   ///< outside by no more than the edge's band, or inside but as close to some edge as that
+  double outside = 0.0;   ///< how far outside the worst edge (or beyond a vertex) the line passes, foreshortened; negative: inside
+  bool in_band = false;   ///< outside by no more than the bands, or inside but as close to some edge as its band
 };
 ExactIntersection intersect_exactly(const contract::RayRecord& ray, const GridTriangle& triangle);
 

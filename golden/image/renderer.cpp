@@ -3,7 +3,7 @@
 // Shading: Lambert and GGX with Smith's masking (B. Walter et al., "Microfacet models for refraction through rough surfaces", EGSR 2007;
 // E. Heitz, "Understanding the masking-shadowing function", JCGT 3(2), 2014) with Schlick's Fresnel term, as glTF 2.0 appendix B has it;
 // ambient reflection by B. Karis's approximation ("Physically based shading on mobile", 2014).
-// Ambient light of a scene with lights of its own: the mean of what its surfaces reflect, bounced on for ever (the ambient term of
+// Ambient light of a scene with lights of its own: the mean of what its surfaces reflect, bounced on (after the ambient term of
 // M. Cohen et al., "A progressive refinement approach to fast radiosity image generation", SIGGRAPH 1988, section 4).
 #include "golden/image/renderer.hpp"
 
@@ -277,8 +277,8 @@ std::vector<std::uint32_t> tiled_order(int width, int height) {
   return order;
 }
 
-/// The ambient light that the scene's own lights cause: a coarse picture is lit, and its mean bounced on.
-glm::vec3 bounced_light(Tracer& tracer, const ViewCamera& camera, const Lighting& lighting, const RenderOptions& options) {
+/// The ambient light that the scene's own lights cause: a coarse picture is lit, and its mean bounced on, in a closed space for ever.
+glm::vec3 bounced_light(Tracer& tracer, const ViewCamera& camera, const Lighting& lighting, const RenderOptions& options, bool indoors) {
   constexpr int kWidth = 64, kHeight = 48;
   std::vector<WorldRay> rays;
   for (int y = 0; y < kHeight; ++y) {
@@ -311,7 +311,9 @@ glm::vec3 bounced_light(Tracer& tracer, const ViewCamera& camera, const Lighting
   glm::vec3 sum(0.0f);
   for (const glm::vec3& r : radiance) sum += r;
   const float n = static_cast<float>(tasks.size());
-  return sum / n / glm::max(1.0f - albedo / n, 0.3f);
+  // In the open much of what is reflected never meets a surface again.
+  constexpr float kOpen = 0.6f, kDarkest = 0.35f;
+  return indoors ? sum / n / glm::max(1.0f - albedo / n, kDarkest) : sum / n * kOpen;
 }
 
 /// Exposure that brings the picture's middle to a middle grey: log-average of the covered pixels (E. Reinhard et al., "Photographic tone
@@ -388,9 +390,10 @@ RenderResult render(const Surfaces& surfaces, const ViewCamera& camera, const st
   for (Raster* raster : {&result.down, &result.up, &result.leaf, &result.tests, &result.skipped}) *raster = Raster(width, height, 1);
 
   Tracer tracer{surfaces, box, engine, options.trace, {}, {}, {}};
-  Lighting lighting(surfaces, camera, options.lights, is_indoors(surfaces, camera, box, engine, options.trace));
+  const bool indoors = is_indoors(surfaces, camera, box, engine, options.trace);
+  Lighting lighting(surfaces, camera, options.lights, indoors);
   if (!lighting.is_rig()) {
-    const glm::vec3 bounced = bounced_light(tracer, camera, lighting, options);
+    const glm::vec3 bounced = bounced_light(tracer, camera, lighting, options, indoors);
     lighting.sky = {bounced * 1.15f, bounced * 0.85f};
   }
   result.lights = lighting.describe();

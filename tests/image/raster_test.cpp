@@ -1,0 +1,225 @@
+// Rasters, colour and files: what is written is what was meant, whole or not at all.
+#include "golden/image/raster.hpp"
+
+#include <OpenImageIO/imageio.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include "golden/image/tonemap.hpp"
+#include "golden/scene/scene.hpp"
+
+namespace retrace {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A folder of its own for each test, removed afterwards.
+class Files : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("retrace-raster-" + std::to_string(::getpid()));
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::size_t entries() const { return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator())); }
+  static std::string text_of(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  fs::path folder_;
+};
+
+Raster read(const fs::path& path) {
+  auto in = OIIO::ImageInput::open(path.string());
+  EXPECT_TRUE(in) << path;
+  if (!in) return {};
+  const OIIO::ImageSpec& spec = in->spec();
+  Raster raster(spec.width, spec.height, spec.nchannels);
+  EXPECT_TRUE(in->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, raster.data.data()));
+  return raster;
+}
+
+Raster gradient(int width, int height) {
+  Raster raster(width, height, 3);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) raster.set_rgb(x, y, {x / 255.0f, y / 255.0f, (x + y) / 510.0f});
+  }
+  return raster;
+}
+
+using OutputFiles = Files;
+using RasterFiles = Files;
+
+TEST_F(OutputFiles, AppearOnCommitOnly) {
+  const fs::path path = folder_ / "a.txt";
+  {
+    OutputFile file(path);
+    file.write("hello");
+    EXPECT_FALSE(fs::exists(path));
+    file.commit();
+    EXPECT_EQ(text_of(path), "hello");
+  }
+  EXPECT_EQ(entries(), 1u);
+}
+
+TEST_F(OutputFiles, LeaveNothingBehindWithoutCommit) {
+  const fs::path path = folder_ / "a.txt";
+  write_file(path, "old");
+  {
+    OutputFile file(path);
+    file.write("half");
+    OutputFile moved(std::move(file));
+  }
+  EXPECT_EQ(text_of(path), "old");
+  EXPECT_EQ(entries(), 1u);
+}
+
+TEST_F(OutputFiles, PendingOnesAreRemovedAsASignalHandlerDoes) {
+  OutputFile a(folder_ / "a.txt"), b(folder_ / "b.png");
+  a.write("half");
+  EXPECT_EQ(entries(), 2u);
+  remove_pending_outputs();
+  EXPECT_EQ(entries(), 0u);
+}
+
+TEST_F(OutputFiles, ErrorsNameThePath) {
+  const auto message = [](const fs::path& path) {
+    try {
+      OutputFile file(path);
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_NE(message(folder_ / "no" / "a.txt").find("no/a.txt"), std::string::npos);
+  EXPECT_NE(message(folder_).find("folder"), std::string::npos);
+  EXPECT_NE(message(folder_ / "").find("folder"), std::string::npos);
+  EXPECT_EQ(entries(), 0u);
+}
+
+TEST_F(RasterFiles, PngHoldsEightBitColours) {
+  const Raster raster = gradient(200, 100);
+  save_raster(folder_ / "a.png", raster);
+  const Raster back = read(folder_ / "a.png");
+  ASSERT_EQ(back.width, 200);
+  ASSERT_EQ(back.height, 100);
+  ASSERT_EQ(back.channels, 3);
+  for (std::size_t i = 0; i < raster.data.size(); ++i) ASSERT_NEAR(back.data[i], raster.data[i], 0.5 / 255 + 1e-6) << i;
+  EXPECT_EQ(entries(), 1u);
+}
+
+TEST_F(RasterFiles, ExrHoldsFloatsExactly) {
+  Raster raster(31, 17, 1);
+  for (std::size_t i = 0; i < raster.data.size(); ++i) raster.data[i] = std::ldexp(static_cast<float>(i) - 200.0f, static_cast<int>(i % 60) - 30);
+  raster.data[5] = std::numeric_limits<float>::infinity();
+  OutputFile file(folder_ / "depth.exr");
+  write_raster(file, raster, {"Z"});
+  file.commit();
+  const Raster back = read(folder_ / "depth.exr");
+  ASSERT_EQ(back.data, raster.data);
+  EXPECT_EQ(OIIO::ImageInput::open((folder_ / "depth.exr").string())->spec().channelnames[0], "Z");
+}
+
+TEST_F(RasterFiles, UnknownFormatIsOneError) {
+  EXPECT_THROW(save_raster(folder_ / "a.nonsense", gradient(2, 2)), Error);
+  EXPECT_THROW(save_raster(folder_ / "a", gradient(2, 2)), Error);
+  EXPECT_EQ(entries(), 0u);
+  EXPECT_TRUE(is_linear_format("x.EXR"));
+  EXPECT_FALSE(is_linear_format("x.png"));
+}
+
+// Table entries of the published maps: matplotlib's viridis and inferno at 0, 1/2 (entry 128) and 1.
+TEST(ColorMaps, FollowThePublishedTables) {
+  const auto near = [](const glm::vec3& a, const glm::vec3& b) { return glm::length(a - b) < 0.05f; };
+  EXPECT_TRUE(near(map_color(ColorMap::kViridis, 0.0f), {0.267004f, 0.004874f, 0.329415f}));
+  EXPECT_TRUE(near(map_color(ColorMap::kViridis, 128 / 255.0f), {0.127568f, 0.566949f, 0.550556f}));
+  EXPECT_TRUE(near(map_color(ColorMap::kViridis, 1.0f), {0.993248f, 0.906157f, 0.143936f}));
+  EXPECT_TRUE(near(map_color(ColorMap::kInferno, 0.0f), {0.001462f, 0.000466f, 0.013866f}));
+  EXPECT_TRUE(near(map_color(ColorMap::kInferno, 1.0f), {0.988362f, 0.998364f, 0.644924f}));
+}
+
+TEST(ColorMaps, LightnessRises) {
+  for (const ColorMap map : {ColorMap::kViridis, ColorMap::kInferno}) {
+    float before = -1;
+    for (int i = 0; i <= 64; ++i) {
+      const float now = luminance(srgb_decode(map_color(map, static_cast<float>(i) / 64)));
+      EXPECT_GT(now, before - 1e-4f) << i;
+      before = now;
+    }
+  }
+  EXPECT_EQ(map_color(ColorMap::kViridis, -3.0f), map_color(ColorMap::kViridis, 0.0f));
+  EXPECT_EQ(map_color(ColorMap::kViridis, 9.0f), map_color(ColorMap::kViridis, 1.0f));
+  EXPECT_EQ(map_color(ColorMap::kInferno, NAN), map_color(ColorMap::kInferno, 0.0f));
+}
+
+TEST(ToneMap, RisesAndStaysInRange) {
+  float before = -1;
+  for (float x = 0; x < 100; x = x * 1.2f + 1e-3f) {
+    const glm::vec3 y = tone_map(glm::vec3(x));
+    EXPECT_GE(y.g, before);
+    EXPECT_LE(y.g, 1.0f);
+    before = y.g;
+  }
+  EXPECT_GT(before, 0.99f);
+  EXPECT_LT(tone_map(glm::vec3(0.0f)).g, 1e-3f);
+  for (const float x : {std::numeric_limits<float>::infinity(), 1e30f, -5.0f}) {
+    const glm::vec3 y = tone_map(glm::vec3(x));
+    EXPECT_TRUE(y.r >= 0 && y.r <= 1);
+  }
+}
+
+TEST(ToneMap, TransferFunctionIsThatOfSrgb) {
+  EXPECT_NEAR(srgb_encode(0.21404114f), 0.5f, 1e-5);
+  EXPECT_NEAR(srgb_encode(0.0031308f), 0.04045f, 1e-5);
+  EXPECT_FLOAT_EQ(srgb_encode(7.0f), 1.0f);
+  EXPECT_EQ(srgb_encode(NAN), 0.0f);
+  for (int i = 0; i <= 100; ++i) EXPECT_NEAR(srgb_decode(srgb_encode(i / 100.0f)), i / 100.0f, 1e-5);
+}
+
+TEST(HeatMap, MapsValuesAndHasALegend) {
+  Raster values(320, 40, 1, 2.0f);
+  *values.at(0, 0) = 0.0f;
+  *values.at(319, 39) = 8.0f;
+  *values.at(5, 5) = NAN;
+  const Raster map = heat_map(values, ColorMap::kInferno, "steps per ray");
+  ASSERT_EQ(map.width, 320);
+  ASSERT_GT(map.height, 40);
+  EXPECT_EQ(map.rgb(0, 0), map_color(ColorMap::kInferno, 0.0f));
+  EXPECT_EQ(map.rgb(319, 39), map_color(ColorMap::kInferno, 1.0f));
+  EXPECT_EQ(map.rgb(100, 20), map_color(ColorMap::kInferno, 0.25f));
+  EXPECT_EQ(map.rgb(5, 5), glm::vec3(0.16f));
+  // The bar runs through the whole map, left to right; below it there is text.
+  EXPECT_LT(luminance(map.rgb(8, 48)), 0.05f);
+  EXPECT_GT(luminance(map.rgb(311, 48)), 0.6f);
+  int ink = 0;
+  for (int y = 52; y < map.height; ++y) {
+    for (int x = 0; x < map.width; ++x) ink += map.rgb(x, y) == glm::vec3(0.92f);
+  }
+  EXPECT_GT(ink, 100);
+}
+
+TEST(HeatMap, SurvivesTinyAndEmptyRanges) {
+  for (const int size : {1, 2, 7}) {
+    const Raster map = heat_map(Raster(size, size, 1, NAN), ColorMap::kViridis, "a title that cannot fit");
+    EXPECT_EQ(map.width, size);
+  }
+  const Raster flat = heat_map(Raster(64, 8, 1, 5.0f), ColorMap::kViridis, "x");
+  EXPECT_EQ(flat.rgb(3, 3), map_color(ColorMap::kViridis, 0.0f));
+  const Raster ranged = heat_map(Raster(64, 8, 1, 5.0f), ColorMap::kViridis, "x", 0.0, 10.0);
+  EXPECT_EQ(ranged.rgb(3, 3), map_color(ColorMap::kViridis, 0.5f));
+}
+
+TEST(Text, IsClippedAtTheBorders) {
+  Raster raster(20, 10, 3);
+  draw_text(raster, -3, -3, "0123456789 abc", glm::vec3(1.0f), 2);
+  draw_text(raster, 18, 8, "%", glm::vec3(1.0f), 3);
+  draw_text(raster, 0, 0, "\x01\xff~", glm::vec3(1.0f));  // no glyph, nothing drawn
+  EXPECT_EQ(text_width("abc"), 17);
+}
+
+}  // namespace
+}  // namespace retrace
