@@ -1,3 +1,4 @@
+// A scene is made as the static ones are, written by glb_writer, and its GLB then extended by what Scene cannot hold.
 #include "scenes/animated_scenes.hpp"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// Reading (every property of animations, skins and targets is checked where it is used; the document and its accessors
+// were checked by gltf_document.cpp) and evaluation.
 #include "animation.hpp"
 
 #include <algorithm>

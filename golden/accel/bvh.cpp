@@ -1,9 +1,8 @@
 // Layout and traversals of the bounding volume hierarchies.
 //   stack       children sorted by where the ray enters them
-//   heap        T. Kay, J. Kajiya, Ray tracing complex scenes, SIGGRAPH 1986: of all volumes entered so far, open the
-//   nearest stackless   M. Hapala, T. Davidovic, I. Wald, V. Havran, P. Slusallek, Efficient stack-less BVH traversal
-//   for ray tracing, SCCG 2011;
-//               their order by the sign of the direction, here for any number of children
+//   heap        of all volumes entered so far, open the nearest: T. Kay, J. Kajiya, Ray tracing complex scenes, 1986
+//   stackless   parent links and three states: M. Hapala et al., Efficient stack-less BVH traversal for ray tracing,
+//               SCCG 2011; order by the sign of the direction, here for any number of children
 #include "bvh.hpp"
 
 #include <algorithm>

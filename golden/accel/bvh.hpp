@@ -1,6 +1,6 @@
 // Bounding volume hierarchy of the lab: any number of children, volumes of 3 to 7 pairs of parallel planes (3: boxes).
-// Builders give a tree of triangles; finish() adds the volumes and lays nodes out with siblings side by side, triangles
-// in leaf order.
+// Builders give a tree of triangles; Bvh adds the volumes and lays nodes out with siblings side by side, triangles in
+// leaf order.
 //
 // Layout for bytes: a node is its planes (8 bytes a pair), first child or triangle and count (8 bytes), and, for the
 // stackless walk, a parent link (4 bytes). Triangle records stand in leaf order, so there is no reference list.

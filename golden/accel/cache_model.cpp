@@ -1,3 +1,4 @@
+// Shape checks and the interleaving of rays.
 #include "cache_model.hpp"
 
 #include <algorithm>

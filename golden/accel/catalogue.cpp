@@ -1,3 +1,4 @@
+// The list of all structures and traversals. A new one is added in make_catalogue().
 #include "catalogue.hpp"
 
 #include <chrono>
@@ -25,6 +26,8 @@ std::vector<Technique> make_catalogue() {
   };
   grid("grid-woo", "grid, 20 triangles a voxel", "Woo 1992; Amanatides & Woo 1987", GridDensity::kWoo);
   grid("grid-pharr", "grid, 3 cbrt N a side", "Pharr & Humphreys 2004; Amanatides & Woo 1987", GridDensity::kPharr);
+  grid("grid-pharr-exact", "grid, 3 cbrt N a side, exact overlap", "Pharr & Humphreys 2004; Akenine-Moeller 2001",
+       GridDensity::kPharrExact);
 
   struct KdWalk {
     std::string key, name, source;

@@ -4,9 +4,12 @@
 // 3 cbrt(N) along the longest side).
 //
 // A triangle is referenced from every voxel whose box, widened by kMargin, it touches (separating axes:
-// Akenine-Moeller, JGT 2001). A hit beyond the voxel is kept and the walk goes on: it ends in the voxel that contains
-// the best hit, so nothing nearer is missed, and a mailbox may drop the second test. Layout for bytes: one 4-byte
-// offset a voxel (two are read: begin and end), 4 bytes a reference.
+// Akenine-Moeller, JGT 2001), or, as in the book, from every voxel that its bounding box touches.
+//
+// A hit beyond the voxel is kept and the walk goes on: it ends in the voxel that contains the best hit, so nothing
+// nearer is missed, and a mailbox may drop the second test.
+//
+// Layout for bytes: one 4-byte offset a voxel (two are read: begin and end), 4 bytes a reference.
 #include <cmath>
 
 #include "probe.hpp"
@@ -45,10 +48,10 @@ bool overlaps(const Triangle& triangle, const glm::dvec3& center, const glm::dve
 
 class Grid final : public Structure {
  public:
-  Grid(const TriangleSet& set, GridDensity density) : set_(set) {
+  Grid(const TriangleSet& set, GridDensity density) : set_(set), by_box_(density == GridDensity::kPharr) {
     const glm::dvec3 extent = set.box.extent();
     const double longest = std::max({extent.x, extent.y, extent.z});
-    if (density == GridDensity::kPharr) {
+    if (density != GridDensity::kWoo) {
       const double per_unit =
           3.0 * std::cbrt(static_cast<double>(std::max<std::size_t>(set.triangles.size(), 1))) / longest;
       for (int a = 0; a < 3; ++a)
@@ -147,7 +150,7 @@ class Grid final : public Structure {
   template <class F>
   void for_each_in(const Triangle& triangle, const glm::ivec3& lo, const glm::ivec3& hi, F&& f) const {
     const glm::dvec3 half = 0.5 * side_ * glm::dvec3(hi - lo + 1) + kMargin;
-    if (!overlaps(triangle, set_.box.lower + 0.5 * side_ * glm::dvec3(lo + hi + 1), half)) return;
+    if (!by_box_ && !overlaps(triangle, set_.box.lower + 0.5 * side_ * glm::dvec3(lo + hi + 1), half)) return;
     const glm::ivec3 n = hi - lo;
     if (n == glm::ivec3(0)) return f(voxel(lo));
     const int axis = n.x >= n.y && n.x >= n.z ? 0 : n.y >= n.z ? 1 : 2;
@@ -174,6 +177,7 @@ class Grid final : public Structure {
   }
 
   const TriangleSet& set_;
+  bool by_box_;
   glm::ivec3 n_{1};
   glm::dvec3 side_{1.0};
   std::vector<std::uint32_t> offsets_, references_;

@@ -1,9 +1,11 @@
 // kd-tree traversals over the project's memory image, in double precision. All read the same nodes, leaves and
 // triangles; they differ in how they find the next leaf:
-//   stack            MacDonald & Booth 1990; Havran's thesis 2000
-//   short stack      D. Horn, J. Sugerman, M. Houston, P. Hanrahan, Interactive k-d tree GPU raytracing, I3D 2007 (with
-//   push-down) restart, backtrack with boxes   T. Foley, J. Sugerman, KD-tree acceleration structures for a GPU
-//   raytracer, Graphics Hardware 2005 backtrack by plane match, face links   this project's (docs/memory-image.md)
+//   stack                        MacDonald & Booth 1990; V. Havran, Heuristic ray shooting algorithms, 2000
+//   short stack, push-down       D. Horn et al., Interactive k-d tree GPU raytracing, I3D 2007
+//   restart, backtrack by boxes  T. Foley, J. Sugerman, KD-tree acceleration structures for a GPU raytracer, GH 2005
+//   backtrack by plane match     this project's (docs/memory-image.md)
+//   face links                   this project's, too
+//
 // Bytes: 16 a node pair on the way down and up; leaf records 32 (count, references) or 64 where bounds or links are
 // used; 4 a reference beyond the inline ones; 48 a triangle; 24 a node box, which only the backtrack with boxes needs.
 #include "kd.hpp"

@@ -1,3 +1,4 @@
+// Construction of mailboxes, clipped rays and triangle sets.
 #include "probe.hpp"
 
 #include <stdexcept>

@@ -16,7 +16,8 @@ std::unique_ptr<Structure> make_brute_force(const TriangleSet& set);
 // ------------------------------------------------------------------------------------------ uniform grid (grid.cpp)
 enum class GridDensity {
   kWoo,    ///< voxels are halved along their longest side until occupied ones hold 20 triangles on average
-  kPharr,  ///< 3 cbrt(N) voxels along the longest side of the scene, cubes
+  kPharr,  ///< 3 cbrt(N) voxels along the longest side of the scene, cubes; references by bounding box, as in the book
+  kPharrExact,  ///< the same resolution; references from the voxels that the triangle itself touches
 };
 std::unique_ptr<Structure> make_grid(const TriangleSet& set, GridDensity density);
 

@@ -5,15 +5,13 @@
 //   hit if U, V, W are all >= 0 or all <= 0;  t = (U tA + V tB + W tC) / (U + V + W), tX = X . d / d . d
 //
 // Properties the structures rely on:
-// - An edge function of a shared edge is, in floating point, exactly the negative of the neighbour's: sum and products
-// are
-//   symmetric, the edge changes sign (no contraction to FMA, see scripts/cmake). As zero counts for both, no ray slips
-//   between.
+// - An edge function of a shared edge is, in floating point, exactly the negative of the neighbour's: sum and
+//   products are symmetric, the edge changes sign (no contraction to FMA, see scripts/cmake). As zero counts for
+//   both, no ray slips between.
 // - t is a convex combination, so the hit lies in the triangle's extent along the ray however bad the rounding.
 // - The error of an edge function is below 2^-48 m s (m, s: largest component of A, B, C and of the edges). A
-// determinant below
-//   kGrazing m s^2 is a miss (the ray lies in the triangle's plane to 1e-8 or so), so a reported point is within 2^-20
-//   s of the triangle: half of kMargin, by which every structure widens its cells.
+//   determinant below kGrazing m s^2 is a miss (the ray lies in the triangle's plane to 1e-8 or so), so a reported
+//   point is within 2^-20 s of the triangle: half of kMargin, by which every structure widens its cells.
 // Source: Embree's Pluecker test (kernels/geometry/triangle_intersector_pluecker.h); A. Woop et al., Watertight
 // ray/triangle intersection, JCGT 2(1), 2013, for the argument on shared edges.
 #pragma once

@@ -1,3 +1,5 @@
+// Objects, instances, top level and the engine over them. The top level is a binned-SAH hierarchy over instance boxes,
+// one instance a leaf.
 #include "two_level.hpp"
 
 #include <tbb/blocked_range.h>

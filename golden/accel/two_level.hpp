@@ -3,7 +3,7 @@
 // space.
 //   static        all static meshes that stand once are one object in world space, built once
 //   affine        an object a mesh, an instance a node: motion changes the instance's matrix and the top-level tree
-//   only unstructured  an object a node: its tree is rebuilt when its vertices move
+//   unstructured  an object a node: its tree is rebuilt when its vertices move
 // Meshes that stand several times are instances whether they move or not; nothing is copied.
 //
 // Every object lies on a position grid of its own (golden/scene/geometry.hpp) and has its own memory image, as a

@@ -94,14 +94,18 @@ void ways_table(const SceneReport& scene, std::string& out) {
     const Row* stack = scene.find(std::string(tree) + "/stack");
     if (!stack) continue;
     out += "\nNode visits relative to the stack's, " + stack->structure +
-           ":\n\n| traversal | primary | shadow | bounce |\n|---|---:|---:|---:|\n";
+           ": interior nodes only, and with leaves:\n\n| traversal | primary: interior | primary: all | shadow: all | "
+           "bounce: all |\n"
+           "|---|---:|---:|---:|---:|\n";
     for (const Row& row : scene.rows) {
       if (!row.key.starts_with(std::string(tree) + "/") || row.mailbox != 0) continue;
-      out += "| " + row.traversal + " |";
-      for (int kind = 0; kind < kKinds; ++kind) {
-        const double base = per_ray(stack->kinds[kind].work.visits(), stack->kinds[kind]);
-        out += " " + number(base > 0 ? per_ray(row.kinds[kind].work.visits(), row.kinds[kind]) / base : 0.0, 2) + " |";
-      }
+      const auto ratio = [](std::uint64_t a, std::uint64_t b) {
+        return number(b ? static_cast<double>(a) / static_cast<double>(b) : 0.0, 2);
+      };
+      const accel::Work &w = row.kinds[kPrimary].work, &s = stack->kinds[kPrimary].work;
+      out += "| " + row.traversal + " | " + ratio(w.down + w.up, s.down) + " |";
+      for (int kind = 0; kind < kKinds; ++kind)
+        out += " " + ratio(row.kinds[kind].work.visits(), stack->kinds[kind].work.visits()) + " |";
       out += "\n";
     }
   }
