@@ -131,6 +131,12 @@ extern "C" {
 #define RT_REGS__RAY_COUNT__VALUE_bw 32
 #define RT_REGS__RAY_COUNT__VALUE_reset 0x0
 
+// reg - rt_regs::ray_row
+#define RT_REGS__RAY_ROW__VALUE_bm 0xffffffff
+#define RT_REGS__RAY_ROW__VALUE_bp 0
+#define RT_REGS__RAY_ROW__VALUE_bw 32
+#define RT_REGS__RAY_ROW__VALUE_reset 0x0
+
 // reg - rt_regs::hit_base_lo
 #define RT_REGS__HIT_BASE_LO__VALUE_bm 0xffffffff
 #define RT_REGS__HIT_BASE_LO__VALUE_bp 0
@@ -171,7 +177,7 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t ray_base_lo;
     uint32_t ray_base_hi;
     uint32_t ray_count;
-    uint8_t RESERVED_3c_3f[0x4];
+    uint32_t ray_row;
     uint32_t hit_base_lo;
     uint32_t hit_base_hi;
     uint32_t step_limit;

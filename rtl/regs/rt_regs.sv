@@ -238,6 +238,7 @@ module rt_regs (
         logic ray_base_lo;
         logic ray_base_hi;
         logic ray_count;
+        logic ray_row;
         logic hit_base_lo;
         logic hit_base_hi;
         logic step_limit;
@@ -302,6 +303,7 @@ module rt_regs (
         decoded_reg_strb.ray_base_lo = cpuif_req_masked & (cpuif_addr == 9'h30);
         decoded_reg_strb.ray_base_hi = cpuif_req_masked & (cpuif_addr == 9'h34);
         decoded_reg_strb.ray_count = cpuif_req_masked & (cpuif_addr == 9'h38);
+        decoded_reg_strb.ray_row = cpuif_req_masked & (cpuif_addr == 9'h3c);
         decoded_reg_strb.hit_base_lo = cpuif_req_masked & (cpuif_addr == 9'h40);
         decoded_reg_strb.hit_base_hi = cpuif_req_masked & (cpuif_addr == 9'h44);
         decoded_reg_strb.step_limit = cpuif_req_masked & (cpuif_addr == 9'h48);
@@ -420,6 +422,12 @@ module rt_regs (
                 logic [31:0] next;
                 logic load_next;
             } value;
+        } ray_row;
+        struct {
+            struct {
+                logic [31:0] next;
+                logic load_next;
+            } value;
         } hit_base_lo;
         struct {
             struct {
@@ -487,6 +495,11 @@ module rt_regs (
                 logic [31:0] value;
             } value;
         } ray_count;
+        struct {
+            struct {
+                logic [31:0] value;
+            } value;
+        } ray_row;
         struct {
             struct {
                 logic [31:0] value;
@@ -787,6 +800,29 @@ module rt_regs (
         end
     end
     assign hwif_out.ray_count.value.value = field_storage.ray_count.value.value;
+    // Field: rt_regs.ray_row.value
+    always_comb begin
+        automatic logic [31:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.ray_row.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.ray_row && decoded_req_is_wr) begin // SW write
+            next_c = (field_storage.ray_row.value.value & ~decoded_wr_biten[31:0]) | (decoded_wr_data[31:0] & decoded_wr_biten[31:0]);
+            load_next_c = '1;
+        end
+        field_combo.ray_row.value.next = next_c;
+        field_combo.ray_row.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(rst) begin
+            field_storage.ray_row.value.value <= 32'h0;
+        end else begin
+            if(field_combo.ray_row.value.load_next) begin
+                field_storage.ray_row.value.value <= field_combo.ray_row.value.next;
+            end
+        end
+    end
+    assign hwif_out.ray_row.value.value = field_storage.ray_row.value.value;
     // Field: rt_regs.hit_base_lo.value
     always_comb begin
         automatic logic [31:0] next_c;
@@ -929,6 +965,9 @@ module rt_regs (
         end
         if(rd_mux_addr == 9'h38) begin
             readback_data_var[31:0] = field_storage.ray_count.value.value;
+        end
+        if(rd_mux_addr == 9'h3c) begin
+            readback_data_var[31:0] = field_storage.ray_row.value.value;
         end
         if(rd_mux_addr == 9'h40) begin
             readback_data_var[31:0] = field_storage.hit_base_lo.value.value;

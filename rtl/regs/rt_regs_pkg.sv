@@ -220,6 +220,14 @@ package rt_regs_pkg;
 
     typedef struct {
         logic [31:0] value;
+    } rt_regs__ray_row__value__out_t;
+
+    typedef struct {
+        rt_regs__ray_row__value__out_t value;
+    } rt_regs__ray_row__out_t;
+
+    typedef struct {
+        logic [31:0] value;
     } rt_regs__hit_base_lo__value__out_t;
 
     typedef struct {
@@ -250,6 +258,7 @@ package rt_regs_pkg;
         rt_regs__ray_base_lo__out_t ray_base_lo;
         rt_regs__ray_base_hi__out_t ray_base_hi;
         rt_regs__ray_count__out_t ray_count;
+        rt_regs__ray_row__out_t ray_row;
         rt_regs__hit_base_lo__out_t hit_base_lo;
         rt_regs__hit_base_hi__out_t hit_base_hi;
         rt_regs__step_limit__out_t step_limit;

@@ -23,11 +23,11 @@ package rt_core_pkg;
       mshrs: 8, mail_entries: 8};
   // ECP5-85F: four lanes and 128 contexts.
   localparam config_t ConfigEcp5 = '{
-      lanes: 4, contexts_per_lane: 32, data_bits: 64, node_lines: 256, leaf_lines: 256, list_lines: 64, triangle_lines: 512, ways: 2,
+      lanes: 4, contexts_per_lane: 32, data_bits: 64, node_lines: 512, leaf_lines: 512, list_lines: 64, triangle_lines: 1024, ways: 2,
       mshrs: 8, mail_entries: 8};
   // The same with a bus of 16 bytes.
   localparam config_t ConfigEcp5x128 = '{
-      lanes: 4, contexts_per_lane: 32, data_bits: 128, node_lines: 256, leaf_lines: 256, list_lines: 64, triangle_lines: 512, ways: 2,
+      lanes: 4, contexts_per_lane: 32, data_bits: 128, node_lines: 512, leaf_lines: 512, list_lines: 64, triangle_lines: 1024, ways: 2,
       mshrs: 8, mail_entries: 8};
   // For larger parts.
   localparam config_t ConfigWide = '{

@@ -1,7 +1,10 @@
 // Ray unit: reads rays in bursts, prepares them (rt_ray_setup) and gives each a free context.
 //
-// Reads       Blocks of RaysPerBurst rays, aligned, so that no burst crosses 4 KB; as many in flight as the ray FIFO has room for.
-//             One id, so the answers come in order.
+// Order       row_i = 0: one after the other. Otherwise the rays are an image with rows of row_i, visited in tiles of TileSide x TileSide:
+//             neighbours above and below need the same leaves and triangles as those beside, and are visited while these are cached.
+//             Any row_i is safe: every index below count_i is visited once (rows are ignored where their sums could overflow).
+// Reads       At most RaysPerBurst rays, within an aligned block of as many, so that no burst crosses 4 KB; as many in flight as the ray FIFO
+//             has room for. One id, so the answers come in order; u_order remembers which rays they are.
 // Context     Consecutive rays go to one lane, BlockRays at a time, as long as it has a free context; otherwise to any lane.
 // Launch      launch_valid_o with everything that the units keep of a ray; all of them take it in the same clock.
 // Faults      A ray that could not be read, or that rt_ray_setup rejects, is launched with the fault and ends at once in its lane.
@@ -17,6 +20,7 @@ module rt_ray_unit #(
     input  logic                             start_i,
     input  logic [rt_core_pkg::AddrBits-1:0] base_i,
     input  logic [31:0]                      count_i,
+    input  logic [31:0]                      row_i,
     input  rt_contract_pkg::position_t [5:0] box_i,
     output logic                             fetch_valid_o,
     input  logic                             fetch_ready_i,
@@ -47,7 +51,8 @@ module rt_ray_unit #(
   localparam int unsigned LaneBits = Config.lanes > 1 ? $clog2(Config.lanes) : 1;
 
   typedef struct packed {
-    logic                        error;
+    logic [31:0]                  index;
+    logic                         error;
     rt_contract_pkg::ray_record_t ray;
   } read_t;
   typedef struct packed {
@@ -55,31 +60,83 @@ module rt_ray_unit #(
     logic [31:0] index;
   } tag_t;
 
-  // --- requests ---
-  logic [31:0]                      left_q;
-  logic [rt_core_pkg::AddrBits-1:0] addr_q;
-  logic [RoomBits-1:0]              room_q;  // rays that may still be asked for
+  logic       error_q, push_q, push_error_q;
+  logic [2:0] push_number_q;  // rays of the oldest burst that have been pushed
+
+  // --- requests: a position in the image, advanced by a burst or to the next row of the tile ---
+  localparam int unsigned TileSide = 8;
+  localparam int unsigned TileBits = $clog2(TileSide);
+  typedef struct packed {
+    logic [31:0] index;
+    logic [2:0]  count;
+  } order_t;
+  logic [31:0]                      left_q;      // rays not asked for
+  logic [31:0]                      band_q;      // index of the first ray of the row of tiles
+  logic [31:0]                      line_q;      // index of the first ray of the row
+  logic [31:0]                      column_q;    // of the tile
+  logic [TileBits-1:0]              line_number_q;
+  logic [TileBits:0]                done_q;      // rays of this row of the tile
+  logic [31:0]                      row, index, in_row, in_list;
+  logic [rt_core_pkg::AddrBits-1:0] addr;
+  logic [RoomBits-1:0]              room_q;      // rays that may still be asked for
   logic [2:0]                       to_boundary, burst;
-  logic                             fetch_go, ray_leaves;
+  logic [TileBits:0]                in_tile;
+  logic                             fetch_go, fetch_open, ray_leaves, order_room, order_valid, row_ends, last_line, last_tile;
   logic                             fetch_valid_q;
   rt_core_pkg::read_request_t       fetch_q;
+  order_t                           order;
 
-  assign to_boundary = 3'(RaysPerBurst) - 3'(addr_q[RayShift+:2]);
-  assign burst       = left_q < 32'(to_boundary) ? left_q[2:0] : to_boundary;
-  assign fetch_go    = left_q != '0 && room_q >= RoomBits'(RaysPerBurst) && (!fetch_valid_q || fetch_ready_i);
+  // Eight rows beyond the last ray still fit 32 bits.
+  assign row         = (row_i < count_i && count_i[31:28] == '0) ? row_i : '0;
+  assign index       = line_q + column_q + 32'(done_q);
+  assign addr        = base_i + rt_core_pkg::AddrBits'({index, RayShift'(0)});
+  assign to_boundary = 3'(RaysPerBurst) - 3'(addr[RayShift+:2]);
+  assign in_tile     = (TileBits + 1)'(TileSide) - done_q;
+  // Without rows there is one, of all rays.
+  assign in_row  = (row == '0 ? count_i : row) - column_q - 32'(done_q);
+  assign in_list = index < count_i ? count_i - index : '0;
+  always_comb begin
+    burst = to_boundary;
+    if ((TileBits + 1)'(burst) > in_tile) burst = in_tile[2:0];
+    if (32'(burst) > in_row) burst = in_row[2:0];
+    if (32'(burst) > in_list) burst = in_list[2:0];
+  end
+  assign fetch_open = left_q != '0 && room_q >= RoomBits'(RaysPerBurst) && order_room && (!fetch_valid_q || fetch_ready_i);
+  assign fetch_go   = fetch_open && burst != '0;
+  assign row_ends   = fetch_open && ((TileBits + 1)'(burst) == in_tile || 32'(burst) == in_row || 32'(burst) == in_list);
+  assign last_line  = row == '0 || line_number_q == TileBits'(TileSide - 1);
+  assign last_tile  = row != '0 && column_q + 32'(TileSide) >= row;
   always_ff @(posedge clk_i) begin
     if (start_i) begin
-      left_q <= count_i;
-      addr_q <= base_i;
-    end else if (fetch_go) begin
-      left_q <= left_q - 32'(burst);
-      addr_q <= addr_q + rt_core_pkg::AddrBits'({burst, RayShift'(0)});
+      left_q        <= count_i;
+      band_q        <= '0;
+      line_q        <= '0;
+      column_q      <= '0;
+      line_number_q <= '0;
+      done_q        <= '0;
+    end else begin
+      if (fetch_go) left_q <= left_q - 32'(burst);
+      if (row_ends) begin
+        done_q        <= '0;
+        line_number_q <= last_line ? '0 : line_number_q + 1'b1;
+        line_q        <= last_line ? band_q : line_q + row;
+        if (last_line) begin
+          column_q <= column_q + 32'(TileSide);
+          if (last_tile) begin
+            column_q <= '0;
+            band_q   <= line_q + row;
+            line_q   <= line_q + row;
+          end
+        end
+      end else if (fetch_go) begin
+        done_q <= done_q + (TileBits + 1)'(burst);
+      end
     end
     room_q <= room_q - (fetch_go ? RoomBits'(burst) : '0) + RoomBits'(ray_leaves);
     if (fetch_go) begin
       fetch_valid_q <= 1'b1;
       fetch_q <= '{
-          addr: addr_q,
+          addr: addr,
           len: 8'(int'(burst) * RayBeats - 1),
           source: rt_core_pkg::SourceBits'(rt_core_pkg::SourceRay),
           mshr: '0
@@ -91,15 +148,32 @@ module rt_ray_unit #(
       fetch_valid_q <= 1'b0;
     end
   end
+  // Rays in bursts of one at worst.
+  localparam int unsigned OrderBits = $clog2(QueueRays + 1);
+  logic [OrderBits-1:0] order_usage_unused;
+  rt_fifo #(
+      .Depth (QueueRays),
+      .data_t(order_t)
+  ) u_order (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (fetch_go),
+      .in_ready_o (order_room),
+      .in_data_i  ('{index: index, count: burst}),
+      .out_valid_o(order_valid),
+      .out_ready_i(push_q && push_number_q + 3'd1 == order.count),
+      .out_data_o (order),
+      .usage_o    (order_usage_unused)
+  );
   assign fetch_valid_o = fetch_valid_q;
   assign fetch_o       = fetch_q;
 
   // --- answers: beats to rays ---
   logic [rt_contract_pkg::RayUsedBits-1:0] gather_q;
   logic [BeatBits-1:0]                     beat_q;
-  logic                                    error_q, push_q, push_error_q;
   always_ff @(posedge clk_i) begin
     push_q <= 1'b0;
+    if (push_q) push_number_q <= push_number_q + 3'd1 == order.count ? '0 : push_number_q + 3'd1;
     if (fill_valid_i) begin
       gather_q     <= {fill_data_i, gather_q[rt_contract_pkg::RayUsedBits-1:DataBits]};
       beat_q       <= beat_q + 1'b1;
@@ -108,9 +182,10 @@ module rt_ray_unit #(
       error_q      <= beat_q != BeatBits'(RayBeats - 1) && (error_q || fill_error_i);
     end
     if (!rst_ni) begin
-      beat_q  <= '0;
-      push_q  <= 1'b0;
-      error_q <= 1'b0;
+      beat_q        <= '0;
+      push_q        <= 1'b0;
+      push_number_q <= '0;
+      error_q       <= 1'b0;
     end
   end
 
@@ -125,7 +200,7 @@ module rt_ray_unit #(
       .rst_ni,
       .in_valid_i (push_q),
       .in_ready_o (push_room),
-      .in_data_i  ('{error: push_error_q, ray: gather_q}),
+      .in_data_i  ('{index: order.index + 32'(push_number_q), error: push_error_q, ray: gather_q}),
       .out_valid_o(queue_valid),
       .out_ready_i(queue_ready),
       .out_data_o (queue_data),
@@ -133,12 +208,6 @@ module rt_ray_unit #(
   );
   assign queue_ready = setup_ready;
   assign ray_leaves  = queue_valid && queue_ready;
-
-  logic [31:0] index_q;
-  always_ff @(posedge clk_i) begin
-    if (start_i) index_q <= '0;
-    else if (ray_leaves) index_q <= index_q + 1'b1;
-  end
 
   rt_contract_pkg::ray_setup_in_record_t  setup_in;
   rt_contract_pkg::ray_setup_out_record_t setup_out;
@@ -160,7 +229,7 @@ module rt_ray_unit #(
       .in_valid_i (queue_valid),
       .in_ready_o (setup_ready),
       .in_data_i  (setup_in),
-      .in_tag_i   ('{error: queue_data.error, index: index_q}),
+      .in_tag_i   ('{error: queue_data.error, index: queue_data.index}),
       .out_valid_o(setup_valid),
       .out_ready_i(setup_take),
       .out_data_o (setup_out),
@@ -230,6 +299,7 @@ module rt_ray_unit #(
     info_o     = '{index: setup_tag.index, any: setup_out.any, t_max: setup_out.t_max};
   end
 
+  `RT_ASSERT(RayIsExpected, !push_q || order_valid)
   `RT_ASSERT(QueueHasRoom, !push_q || push_room)
   `RT_ASSERT(FreesWhatIsUsed, !free_valid_i || !free_q[free_context_i])
   `RT_ASSERT(BlockIsPowerOfTwo, BlockRays == (1 << BlockBits))

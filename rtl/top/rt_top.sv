@@ -138,6 +138,7 @@ module rt_top #(
       .image_lines_i    (regs.image_lines.value.value),
       .ray_base_i       ({regs.ray_base_hi.value.value[AddrBits-33:0], regs.ray_base_lo.value.value[31:5], 5'b0}),
       .ray_count_i      (regs.ray_count.value.value),
+      .ray_row_i        (regs.ray_row.value.value),
       .parent_links_i   (regs.control.parent_links.value),
       .mailbox_i        (regs.control.use_mailbox.value),
       .own_step_limit_i (regs.control.own_step_limit.value),

@@ -24,6 +24,8 @@ using cosim::SimulatedDevice;
 
 constexpr std::uint64_t kPatience = 20000000;  // clocks; more than any of these runs takes, so that a hang ends the test
 
+constexpr int kWidth = 32, kHeight = 24;  // of a frame
+
 struct Prepared {
   GridScene grid;
   MemoryImage image;
@@ -41,7 +43,6 @@ const Prepared& prepared(const std::string& name) {
   p.grid = snap(world);
   p.image = build_kd(p.grid);
   const ViewCamera view = default_view(scene, world);
-  constexpr int kWidth = 32, kHeight = 24;
   for (int any = 0; any < 2; ++any)
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; x += 1 + any)
@@ -110,6 +111,7 @@ TEST_P(RtlFrame, EqualsKernelInEveryByte) {
   trace.way_up = frame.way_up;
   trace.mailbox = frame.mailbox ? kCsimMailbox : 0;
   for (const auto* rays : {&p.primary, &p.awkward}) {
+    rtl->set_ray_row(rays == &p.primary ? kWidth : 0);
     const auto expected = csim_hits(p.image.words(), *rays, trace);
     std::vector<Hit> hits(rays->size());
     rtl->trace(*rays, hits, {}, trace);
@@ -193,6 +195,16 @@ TEST_F(RtlCore, AnyNumberOfRaysAtAnyAddress) {
       const auto result = run(std::span(rays_).first(count));
       EXPECT_TRUE(std::equal(result.begin(), result.end(), expected_.begin())) << count << " rays at offset " << offset;
     }
+  }
+}
+
+TEST_F(RtlCore, RowsOfAnyLengthVisitEveryRayOnce) {
+  driver_.load(scene_.image.words(), rays_.size(), 1);
+  for (const std::uint32_t row : {1u, 3u, 8u, 19u, 100u, 399u, 400u, 401u, 0x80000000u, 0xffffffffu}) {
+    CoreMode mode;
+    mode.ray_row = row;
+    EXPECT_EQ(run(rays_, mode), expected_) << "rows of " << row;
+    EXPECT_EQ(driver_.counters().rays, rays_.size());
   }
 }
 

@@ -75,6 +75,7 @@ void CoreDriver::start(std::span<const std::uint64_t> ray_words, const CoreMode&
   address(RT_OFFSET(hit_base_lo), hit_address_);
   device_.write_register(RT_OFFSET(image_lines), static_cast<std::uint32_t>(image_lines_));
   device_.write_register(RT_OFFSET(ray_count), static_cast<std::uint32_t>(rays_));
+  device_.write_register(RT_OFFSET(ray_row), mode.ray_row);
   device_.write_register(RT_OFFSET(step_limit), mode.step_limit);
   std::uint32_t control = RT_REGS__CONTROL__START_bm | RT_REGS__CONTROL__IRQ_ENABLE_bm;
   if (mode.parent_links) control |= RT_REGS__CONTROL__PARENT_LINKS_bm;

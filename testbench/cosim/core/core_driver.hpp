@@ -40,6 +40,7 @@ struct CoreMode {
   bool parent_links = false, mailbox = false;
   bool own_step_limit = false;
   std::uint32_t step_limit = 0;
+  std::uint32_t ray_row = 0;  ///< rays in a row of the image, so that the core may visit them in tiles; 0: one after the other
 };
 
 class CoreDriver {

@@ -1,8 +1,10 @@
 // rtl_bench: primary rays of a scene through the RTL core, in image order; prints where the clocks go and compares every hit with csim.
 // usage: rtl_bench SCENE CONFIGURATION WIDTHxHEIGHT [key=value...]
 //   latency=40 or latency=1-200, bytes=8 (a clock, 0: the bus), reorder=1, stall=20 (percent), up=parent|face, mailbox=1, seed=1,
-//   limit=100000 (clocks a ray before it gives up), waves=FILE.fst, shadow=1 (any-hit rays), rows=200-216 (only these rows of the image)
+//   limit=100000 (clocks a ray before it gives up), waves=FILE.fst, shadow=1 (any-hit rays), rows=200-216 (only these rows of the image),
+//   walk=tiles|rows (how the core visits the image; default tiles), tile=8 (the list itself in tiles; 1, the default, is image order)
 // Returns 0 if all hits are identical.
+#include <algorithm>
 #include <cinttypes>
 #include <cstdio>
 #include <cstdlib>
@@ -35,9 +37,10 @@ int run(int argc, char** argv) {
     throw Error("size must be WIDTHxHEIGHT");
   RtlOptions options;
   options.configuration = configuration;
+  options.ray_row = static_cast<std::uint32_t>(width);
   TraceOptions trace;
   bool any = false;
-  int first_row = 0, last_row = height;
+  int first_row = 0, last_row = height, tile = 1;
   for (int i = 4; i < argc; ++i) {
     const std::string text = argv[i];
     const auto equals = text.find('=');
@@ -55,6 +58,8 @@ int run(int argc, char** argv) {
     else if (key == "waves") options.waves = value;
     else if (key == "limit") options.clocks_per_ray = std::strtoull(value.c_str(), nullptr, 0);
     else if (key == "shadow") any = value != "0";
+    else if (key == "walk") options.ray_row = value == "rows" ? 0 : static_cast<std::uint32_t>(width);
+    else if (key == "tile") tile = std::max(1, std::atoi(value.c_str()));
     else if (key == "rows") {
       if (std::sscanf(value.c_str(), "%d-%d", &first_row, &last_row) != 2 || first_row < 0 || last_row > height || first_row >= last_row)
         throw Error("rows must be FIRST-END within the image");
@@ -67,9 +72,12 @@ int run(int argc, char** argv) {
   const MemoryImage image = build_kd(grid);
   const ViewCamera view = default_view(scene, world);
   std::vector<GridRay> rays;
-  for (int y = first_row; y < last_row; ++y)
-    for (int x = 0; x < width; ++x)
-      rays.push_back(quantise(view.ray(x + 0.5, y + 0.5, width, height), grid.transform, grid.box, any));
+  // tile = 1 is image order.
+  for (int tile_y = first_row; tile_y < last_row; tile_y += tile)
+    for (int tile_x = 0; tile_x < width; tile_x += tile)
+      for (int y = tile_y; y < std::min(tile_y + tile, last_row); ++y)
+        for (int x = tile_x; x < std::min(tile_x + tile, width); ++x)
+          rays.push_back(quantise(view.ray(x + 0.5, y + 0.5, width, height), grid.transform, grid.box, any));
 
   std::vector<Hit> hits(rays.size());
   auto rtl = make_rtl_engine(image, options);

@@ -22,6 +22,7 @@ class Simulation final : public RtlEngine {
     for (std::uint32_t id = 0; id < 128; ++id) bytes[std::min(id >> 3, 5u)] += device_.memory().read_bytes_of(id);
     return bytes;
   }
+  void set_ray_row(std::uint32_t rays) override { options_.ray_row = rays; }
   cosim::CoreStatus status() const override { return status_; }
   std::uint64_t simulated_clocks() const override { return device_.clocks(); }
   double simulation_seconds() const override { return seconds_; }
@@ -48,6 +49,7 @@ class Simulation final : public RtlEngine {
     cosim::CoreMode mode;
     mode.parent_links = options.way_up == WayUp::kParentLinks;
     mode.mailbox = options.mailbox != 0;
+    if (inside.size() == rays.size()) mode.ray_row = options_.ray_row;
     driver_.start(ray_words, mode);
     std::uint64_t reported = 0;
     driver_.wait(100000 + options_.clocks_per_ray * inside.size(), [&](std::uint64_t finished) {

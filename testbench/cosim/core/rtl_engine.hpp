@@ -16,6 +16,7 @@ struct RtlOptions {
   cosim::MemoryOptions memory;
   std::string waves;     ///< FST file, empty for none
   std::uint64_t seed = 1;
+  std::uint32_t ray_row = 0;  ///< as RtlEngine::set_ray_row
   std::uint64_t clocks_per_ray = 100000;  ///< give up after this many clocks a ray (and a constant)
 };
 
@@ -30,6 +31,9 @@ class RtlEngine : public Engine {
   virtual std::array<std::uint64_t, 6> read_bytes_by_source() const = 0;
   /// Of the last run.
   virtual cosim::CoreStatus status() const = 0;
+  /// The rays of trace() are an image with rows of so many; lets the core visit them in tiles. 0, the default: one after the other. Hits do not
+  /// depend on it. Used for frames without rays marked outside; those leave gaps, and what is left has no rows.
+  virtual void set_ray_row(std::uint32_t rays) = 0;
   /// Clocks simulated and the seconds they took.
   virtual std::uint64_t simulated_clocks() const = 0;
   virtual double simulation_seconds() const = 0;
