@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# Passes every test: set-up, lint, release build and ctest, the same under sanitizers for everything that reads input, a minute of fuzzing.
-# usage: scripts/test.sh [--quick]   (--quick: release build and ctest only)
+# Passes every test: set-up, release build, ctest. With --full also RTL lint, the tests that read input under sanitizers, and a minute
+# of fuzzing of each loader.
+# usage: scripts/test.sh [--full]
 # RETRACE_SEED chooses another seed for all randomised tests.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-quick=${1:-}
+full=${1:-}
 started=$SECONDS
 step() { printf '\n== %4d s  %s\n' $((SECONDS - started)) "$*"; }
 build() {  # build PRESET TARGET...: quiet unless it fails
@@ -26,10 +27,9 @@ step "release build"
 build release all
 step "tests"
 ctest --preset release -j "$(nproc)"
-if [ "$quick" = --quick ]; then exit 0; fi
+if [ "$full" != --full ]; then exit 0; fi
 
-step "format and RTL lint"
-scripts/lint.sh
+step "RTL lint"
 scripts/rtl_lint.sh --require-yosys
 
 step "sanitizer build (address, undefined behaviour)"

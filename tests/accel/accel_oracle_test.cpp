@@ -5,7 +5,8 @@
 // moves a ray by less than 2^-22 within the box, and its edge test is exact to about as much. So a different triangle
 // is accepted if the ray passes an edge of either triangle within kBand, or if both lie at the same depth within kDepth
 // (overlapping triangles); everything else is a violation. Rays that graze either triangle (|cos| < kGrazingCos) are
-// counted apart.
+// counted apart. A surface within kDepth of the start of the ray may be hit or not; what
+// lies beyond it must agree.
 //
 // RETRACE_ORACLE_FULL=1 takes the scenes at full size and ten times the rays. RETRACE_ORACLE_SCENES (separated by
 // spaces) takes others.
@@ -59,7 +60,7 @@ class EmbreeOracle {
     rtcReleaseDevice(device_);
   }
   /// Number of the triangle in the set, or -1; its depth.
-  std::int64_t trace(const Ray& ray, double& t) const {
+  std::int64_t trace(const Ray& ray, double& t, double t_min = 0.0) const {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     RTCRayHit query{};
@@ -67,6 +68,7 @@ class EmbreeOracle {
     query.ray.org_z = static_cast<float>(ray.origin.z);
     query.ray.dir_x = static_cast<float>(ray.direction.x), query.ray.dir_y = static_cast<float>(ray.direction.y),
     query.ray.dir_z = static_cast<float>(ray.direction.z);
+    query.ray.tnear = static_cast<float>(t_min);
     query.ray.tfar = static_cast<float>(ray.t_max);
     query.ray.mask = 0xffffffffu;
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
@@ -105,10 +107,10 @@ struct EmbreeCount {
 };
 
 void compare_with_embree(const EmbreeOracle& oracle, const TriangleSet& set, const Ray& ray, const Hit& hit,
-                         EmbreeCount& count, const std::string& where) {
+                         EmbreeCount& count, const std::string& where, double t_min = 0.0) {
   ++count.rays;
   double t;
-  const std::int64_t index = oracle.trace(ray, t);
+  const std::int64_t index = oracle.trace(ray, t, t_min);
   const Triangle* theirs = index < 0 ? nullptr : &set.triangles[static_cast<std::size_t>(index)];
   const Triangle* ours = nullptr;
   if (hit.hit()) {
@@ -125,6 +127,12 @@ void compare_with_embree(const EmbreeOracle& oracle, const TriangleSet& set, con
     ++count.grazing;
   } else if ((!ours && std::abs(t - ray.t_max) < kDepth) || (!theirs && std::abs(hit.t - ray.t_max) < kDepth)) {
     ++count.depth;  // at the very end of the ray
+  } else if (theirs && t_min == 0.0 && std::abs(t) < kDepth) {
+    // Embree sees the surface that the ray starts on. What lies beyond must agree.
+    EmbreeCount rest;
+    compare_with_embree(oracle, set, ray, hit, rest, where + ", beyond the start", kDepth);
+    ++count.depth;
+    count.violations += rest.violations;
   } else {
     ++count.violations;
     ADD_FAILURE() << where << ": " << (ours ? std::to_string(ours->id) : "miss") << " at " << hit.t << ", Embree "
