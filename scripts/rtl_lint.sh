@@ -15,7 +15,7 @@ dirs=()
 for dir in rtl/lib rtl/stages rtl/cache rtl/regs rtl/top; do
   if [ -d "$dir" ]; then dirs+=("$dir"); fi
 done
-# A folder reads packages of its own and of the folders before it.
+# Packages of a folder and of those before it; the cache also reads the core's sizes.
 packages_of() {
   echo rtl/pkg/rt_contract_pkg.sv
   local dir
@@ -23,6 +23,7 @@ packages_of() {
     find "$dir" -name '*_pkg.sv' | sort
     if [ "$dir" = "$(dirname "$1")" ]; then break; fi
   done
+  if [ "$(dirname "$1")" = rtl/cache ]; then echo rtl/top/rt_core_pkg.sv; fi
 }
 modules=("$@")
 if ((${#modules[@]} == 0)); then
