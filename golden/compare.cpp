@@ -134,8 +134,9 @@ Comparator::Comparator(const GridScene& scene) : scene_(scene) {}
 
 const GridTriangle* Comparator::find(std::uint32_t id) const {
   const auto& list = scene_.triangles;
-  const auto it = std::lower_bound(list.begin(), list.end(), id,
-                                   [](const GridTriangle& triangle, std::uint32_t value) { return triangle.id < value; });
+  const auto it = std::lower_bound(list.begin(), list.end(), id, [](const GridTriangle& triangle, std::uint32_t value) {
+    return triangle.id < value;
+  });
   return it != list.end() && it->id == id ? &*it : nullptr;
 }
 
@@ -152,8 +153,8 @@ bool Comparator::solid_in_front(const contract::RayRecord& ray, double t, double
     bool positive = false, negative = false;
     for (int i = 0; i < 3; ++i) {
       const Real &a = p[i], &b = p[(i + 1) % 3];
-      const double e = d[0] * (a[1] * b[2] - a[2] * b[1]) + d[1] * (a[2] * b[0] - a[0] * b[2]) +
-                       d[2] * (a[0] * b[1] - a[1] * b[0]);
+      const double e =
+          d[0] * (a[1] * b[2] - a[2] * b[1]) + d[1] * (a[2] * b[0] - a[0] * b[2]) + d[2] * (a[0] * b[1] - a[1] * b[0]);
       positive = positive || e > kError;
       negative = negative || e < -kError;
     }
@@ -183,8 +184,8 @@ Verdict Comparator::compare(const GridRay& ray, const Hit& golden, const Hit& fi
     verdict.lost = !fixed.hit() && g.exact.inside && g.within(t_max);
   } else if (!golden.hit() || !fixed.hit() || golden.id != fixed.id) {
     verdict = closest(ray.record, golden.hit() ? &g : nullptr, fixed.hit() ? &f : nullptr);
-    verdict.lost = golden.hit() && g.exact.inside &&
-                   (fixed.hit() ? g.exact.t < f.exact.t - g.bound - f.bound : g.within(t_max));
+    verdict.lost =
+        golden.hit() && g.exact.inside && (fixed.hit() ? g.exact.t < f.exact.t - g.bound - f.bound : g.within(t_max));
   }
   verdict.grazing = g.grazing || f.grazing;
   if (fixed.hit() && !f.exact.inside) verdict.outside = f.exact.outside;
@@ -193,11 +194,12 @@ Verdict Comparator::compare(const GridRay& ray, const Hit& golden, const Hit& fi
 
 Verdict Comparator::closest(const contract::RayRecord& ray, const Judged* g, const Judged* f) const {
   const double t_max = t_limit(ray);
-  const bool near_in_depth = g && f ? std::fabs(g->exact.t - f->exact.t) <= g->bound + f->bound
-                                    : !(g ? g : f)->within(t_max);
+  const bool near_in_depth =
+      g && f ? std::fabs(g->exact.t - f->exact.t) <= g->bound + f->bound : !(g ? g : f)->within(t_max);
   if (!f || (g && g->exact.t <= f->exact.t)) {  // the fixed-point engine overlooked golden's triangle
     if (g->exact.in_band) {
-      if (solid_in_front(ray, f ? f->exact.t : t_max, f ? f->bound : 0.0)) return violation("a triangle in front was overlooked");
+      if (solid_in_front(ray, f ? f->exact.t : t_max, f ? f->bound : 0.0))
+        return violation("a triangle in front was overlooked");
       return agree(Agreement::kEdge);
     }
     if (near_in_depth) return agree(f && f->exact.in_band ? Agreement::kEdge : Agreement::kDepth);
@@ -211,7 +213,8 @@ Verdict Comparator::closest(const contract::RayRecord& ray, const Judged* g, con
 
 Verdict Comparator::any(const contract::RayRecord& ray, const Judged& only, bool golden) const {
   const double t_max = t_limit(ray);
-  if (only.solid() && only.within(t_max)) return violation(golden ? "an occluder was overlooked" : "golden overlooked an occluder");
+  if (only.solid() && only.within(t_max))
+    return violation(golden ? "an occluder was overlooked" : "golden overlooked an occluder");
   if (solid_in_front(ray, t_max, 0.0)) return violation("an occluder was overlooked");
   return agree(only.exact.in_band ? Agreement::kEdge : Agreement::kDepth);
 }

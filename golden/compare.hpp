@@ -28,7 +28,8 @@ inline constexpr double kEdgeBand = 0x1p-20;
 inline constexpr double kLongestEdgeBand = certified::kFalseW;
 static_assert(certified::kFalseUv <= kEdgeBand && certified::kFalseTop <= kEdgeBand);
 /// Depth bound of a fixed-point hit: |t - exact t| <= kDepthNumerator / |d'z| + kDepthFloor, d'z the direction along the unit normal.
-inline constexpr double kDepthNumerator = certified::kDepthExact > certified::kDepthComputed ? certified::kDepthExact : certified::kDepthComputed;
+inline constexpr double kDepthNumerator =
+    certified::kDepthExact > certified::kDepthComputed ? certified::kDepthExact : certified::kDepthComputed;
 inline constexpr double kDepthFloor = 0x1p-24;
 /// Below this |d'z| a hit counts as grazing.
 inline constexpr double kGrazing = 0x1p-10;
@@ -40,10 +41,10 @@ const char* to_string(Agreement agreement);
 
 struct Verdict {
   Agreement agreement = Agreement::kSame;
-  bool grazing = false;        ///< one of the hits is grazing
-  const char* reason = "";     ///< of a violation
-  bool lost = false;           ///< the fixed-point engine overlooked an exact hit in front of its own
-  double outside = 0.0;        ///< of a false hit: how far outside its triangle
+  bool grazing = false;     ///< one of the hits is grazing
+  const char* reason = "";  ///< of a violation
+  bool lost = false;        ///< the fixed-point engine overlooked an exact hit in front of its own
+  double outside = 0.0;     ///< of a false hit: how far outside its triangle
 };
 
 /// A ray against one triangle, exactly: the signs are those of integers, t is rounded once.
@@ -52,8 +53,9 @@ struct ExactIntersection {
   bool parallel = false;  ///< the line is parallel to the plane: no t
   double t = 0.0;         ///< along the quantised direction, grid units; of the plane, whether inside or not
   double dz = 0.0;        ///< direction along the unit normal, absolute
-  double outside = 0.0;   ///< how far outside the worst edge (or beyond a vertex) the line passes, foreshortened; negative: inside
-  bool in_band = false;   ///< outside by no more than the bands, or inside but as close to some edge as its band
+  double outside =
+      0.0;  ///< how far outside the worst edge (or beyond a vertex) the line passes, foreshortened; negative: inside
+  bool in_band = false;  ///< outside by no more than the bands, or inside but as close to some edge as its band
 };
 ExactIntersection intersect_exactly(const contract::RayRecord& ray, const GridTriangle& triangle);
 
@@ -70,7 +72,7 @@ class Comparator {
   /// A hit as an engine reported it, seen exactly.
   struct Judged {
     ExactIntersection exact;
-    double bound = 0;             ///< depth bound
+    double bound = 0;  ///< depth bound
     bool grazing = false;
     const char* wrong = nullptr;  ///< why the report cannot be right
     bool solid() const { return exact.inside && !exact.in_band; }
@@ -94,10 +96,10 @@ class Comparator {
 struct AgreementCounts {
   std::array<std::uint64_t, 4> total{}, grazing{};
   std::uint64_t both_hit = 0, both_miss = 0, only_a = 0, only_b = 0;
-  std::uint64_t lost = 0;          ///< exact hits that the fixed-point engine overlooked
-  std::uint64_t false_hits = 0;    ///< hits outside their triangle
-  std::uint64_t beyond_band = 0;   ///< of these, how many by more than kEdgeBand
-  double farthest = 0;             ///< largest distance outside, grid units
+  std::uint64_t lost = 0;         ///< exact hits that the fixed-point engine overlooked
+  std::uint64_t false_hits = 0;   ///< hits outside their triangle
+  std::uint64_t beyond_band = 0;  ///< of these, how many by more than kEdgeBand
+  double farthest = 0;            ///< largest distance outside, grid units
 
   void add(const Verdict& verdict, bool hit_a, bool hit_b);
   AgreementCounts& operator+=(const AgreementCounts& other);

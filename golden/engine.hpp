@@ -44,10 +44,10 @@ struct RayWork {
 
 /// Result of one ray, in grid units along the quantised ray.
 struct Hit {
-  std::uint32_t status = contract::kStatusMiss;   ///< contract::kStatus*
-  std::uint32_t id = contract::kNoTriangle;       ///< triangle id (WorldTriangles)
-  double t = 0.0;                                 ///< grid units; fixed-point engines: code * 2^-24
-  double u = 0.0, v = 0.0;                        ///< of the record's vertices 1 and 2, see make_unit_triangle
+  std::uint32_t status = contract::kStatusMiss;  ///< contract::kStatus*
+  std::uint32_t id = contract::kNoTriangle;      ///< triangle id (WorldTriangles)
+  double t = 0.0;                                ///< grid units; fixed-point engines: code * 2^-24
+  double u = 0.0, v = 0.0;                       ///< of the record's vertices 1 and 2, see make_unit_triangle
   bool hit() const { return status == contract::kStatusHit; }
 };
 
@@ -55,8 +55,8 @@ enum class WayUp { kStack, kParentLinks, kFaceLinks };
 
 struct TraceOptions {
   WayUp way_up = WayUp::kFaceLinks;
-  int mailbox = 0;      ///< entries per ray: 0 or the kernel's size; golden takes any
-  int threads = 0;      ///< 0: all cores
+  int mailbox = 0;                             ///< entries per ray: 0 or the kernel's size; golden takes any
+  int threads = 0;                             ///< 0: all cores
   std::atomic<std::uint64_t>* done = nullptr;  ///< counts finished rays for progress
 };
 

@@ -17,7 +17,8 @@ std::int32_t round_code(double value, int frac, std::int64_t low, std::int64_t h
 
 }  // namespace
 
-GridRay quantise(const WorldRay& ray, const GridTransform& transform, const std::array<std::int32_t, 6>& box, bool any) {
+GridRay quantise(const WorldRay& ray, const GridTransform& transform, const std::array<std::int32_t, 6>& box,
+                 bool any) {
   for (int axis = 0; axis < 3; ++axis) {
     if (!std::isfinite(ray.origin[axis])) throw Error("ray: origin is not finite");
     if (!std::isfinite(ray.direction[axis])) throw Error("ray: direction is not finite");

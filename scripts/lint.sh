@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Format of the C++, syntax of the shell scripts, and with --tidy static checks (clang-tidy, .clang-tidy; minutes). RTL: scripts/rtl_lint.sh.
+# Format of the C++ (of every file git knows), syntax of the shell scripts, and with --tidy static checks (clang-tidy, .clang-tidy; minutes). RTL: scripts/rtl_lint.sh.
 # usage: scripts/lint.sh [--tidy BUILD_FOLDER]
 set -euo pipefail
 cd "$(dirname "$0")/.."

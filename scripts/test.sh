@@ -27,7 +27,8 @@ step "release build"
 build release all
 step "tests"
 ctest --preset release -j "$(nproc)"
-step "RTL lint"
+step "format and lint"
+scripts/lint.sh
 scripts/rtl_lint.sh --require-yosys
 if [ "$full" != --full ]; then
   step "all tests passed"

@@ -35,7 +35,8 @@ glm::vec3 map_color(ColorMap map, float value) {
 }
 
 glm::vec3 id_color(unsigned id) {
-  const float hue = static_cast<float>(static_cast<double>(id) * 0.61803398874989485 - std::floor(id * 0.61803398874989485));
+  const float hue =
+      static_cast<float>(static_cast<double>(id) * 0.61803398874989485 - std::floor(id * 0.61803398874989485));
   const float value = 0.65f + 0.3f * static_cast<float>((id * 2654435761u) >> 24) / 255.0f;
   const auto channel = [&](float offset) {
     const float k = std::fmod(offset + hue * 6.0f, 6.0f);

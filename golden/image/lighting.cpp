@@ -80,12 +80,13 @@ Lighting::Lighting(const Surfaces& surfaces, const ViewCamera& camera, LightChoi
       const glm::vec3 radiance = average_emission(surfaces, triangle.id);
       if (!(luminance(radiance) > 1e-3f)) continue;
       emissive_area += area;
-      emitters_.push_back({p0, e1, e2, surfaces.front(triangle.id), radiance, area,
-                           scene.materials[material].double_sided});
+      emitters_.push_back(
+          {p0, e1, e2, surfaces.front(triangle.id), radiance, area, scene.materials[material].double_sided});
     }
   }
   // A file with punctual lights has put them where its lamps are, and then glowing surfaces are only seen, as in other glTF viewers.
-  if (choice == LightChoice::kAuto && (!lamps_.empty() || emissive_area < kEmissivePart * total_area)) emitters_.clear();
+  if (choice == LightChoice::kAuto && (!lamps_.empty() || emissive_area < kEmissivePart * total_area))
+    emitters_.clear();
   double sum = 0;
   for (const Emitter& emitter : emitters_) cumulative_.push_back(sum += emitter.area * luminance(emitter.radiance));
 
@@ -161,7 +162,8 @@ void Lighting::sample(const SurfacePoint& point, int area_samples, std::uint32_t
   if (lamps_.size() <= kMaxPunctual) {
     for (std::size_t i = 0; i < lamps_.size(); ++i) {
       const auto number = static_cast<std::uint32_t>(i);
-      const glm::dvec2 random = lamps_[i].radius > 0 ? sample_2d(index, hash_combine(seed, 0x4c41u + number)) : glm::dvec2(0.5);
+      const glm::dvec2 random =
+          lamps_[i].radius > 0 ? sample_2d(index, hash_combine(seed, 0x4c41u + number)) : glm::dvec2(0.5);
       const LightSample s = from_lamp(lamps_[i], from, random);
       if (useful(s)) samples.push_back(s);
     }
@@ -178,7 +180,8 @@ void Lighting::sample(const SurfacePoint& point, int area_samples, std::uint32_t
     const double start = sample_2d(index, hash_combine(seed, 0x4d41u)).x;
     for (int k = 0; sum > 0 && k < kMaxPunctual; ++k) {
       const double where = (k + start) / kMaxPunctual * sum;
-      const auto i = std::min<std::size_t>(std::upper_bound(sums.begin(), sums.end(), where) - sums.begin(), sums.size() - 1);
+      const auto i =
+          std::min<std::size_t>(std::upper_bound(sums.begin(), sums.end(), where) - sums.begin(), sums.size() - 1);
       const double part = sums[i] - (i > 0 ? sums[i - 1] : 0.0);
       if (!(part > 0)) continue;
       samples.push_back(all[i]);
@@ -190,8 +193,8 @@ void Lighting::sample(const SurfacePoint& point, int area_samples, std::uint32_t
   for (int k = 0; k < area_samples; ++k) {
     const auto number = index * static_cast<std::uint32_t>(area_samples) + static_cast<std::uint32_t>(k);
     const double pick = sample_2d(number, hash_combine(seed, 0x5041u)).x * total;
-    const auto i = std::min<std::size_t>(std::upper_bound(cumulative_.begin(), cumulative_.end(), pick) - cumulative_.begin(),
-                                         emitters_.size() - 1);
+    const auto i = std::min<std::size_t>(
+        std::upper_bound(cumulative_.begin(), cumulative_.end(), pick) - cumulative_.begin(), emitters_.size() - 1);
     const Emitter& emitter = emitters_[i];
     if (emitter.area <= 0) continue;
     glm::dvec2 r = sample_2d(number, hash_combine(seed, 0x5051u));

@@ -50,8 +50,8 @@ OutputFile::OutputFile(std::filesystem::path path) : path_(std::move(path)) {
   if (path_.filename().empty() || std::filesystem::is_directory(path_, ignored)) {
     throw Error("cannot write " + path_.string() + ": it is a folder");
   }
-  std::filesystem::path name = "." + path_.stem().string() + ".tmp" + std::to_string(::getpid()) + "-" +
-                               std::to_string(counter.fetch_add(1));
+  std::filesystem::path name =
+      "." + path_.stem().string() + ".tmp" + std::to_string(::getpid()) + "-" + std::to_string(counter.fetch_add(1));
   name += path_.extension();
   temporary_ = path_.parent_path() / name;
   slot_ = claim(temporary_.string());

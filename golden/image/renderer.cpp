@@ -62,7 +62,8 @@ glm::vec3 reflect(const SurfacePoint& point, const Reflectance& r, const glm::dv
   const float a2 = r.alpha * r.alpha;
   const float q = nh * nh * (a2 - 1.0f) + 1.0f;
   const float distribution = a2 / (static_cast<float>(kPi) * q * q);
-  const float masking = 0.5f / (nl * std::sqrt(nv * nv * (1.0f - a2) + a2) + nv * std::sqrt(nl * nl * (1.0f - a2) + a2));
+  const float masking =
+      0.5f / (nl * std::sqrt(nv * nv * (1.0f - a2) + a2) + nv * std::sqrt(nl * nl * (1.0f - a2) + a2));
   const glm::vec3 fresnel = r.specular0 + (1.0f - r.specular0) * std::pow(1.0f - vh, 5.0f);
   return nl * ((1.0f - fresnel) * r.diffuse / static_cast<float>(kPi) + fresnel * (distribution * masking));
 }
@@ -70,7 +71,8 @@ glm::vec3 reflect(const SurfacePoint& point, const Reflectance& r, const glm::dv
 /// Reflection of an ambient environment: factor on its radiance in the mirrored direction.
 glm::vec3 ambient_specular(const SurfacePoint& point, const Reflectance& r, const glm::dvec3& view) {
   const auto nv = static_cast<float>(std::clamp(-glm::dot(point.normal, view), 0.0, 1.0));
-  const glm::vec4 x = point.roughness * glm::vec4(-1.0f, -0.0275f, -0.572f, 0.022f) + glm::vec4(1.0f, 0.0425f, 1.04f, -0.04f);
+  const glm::vec4 x =
+      point.roughness * glm::vec4(-1.0f, -0.0275f, -0.572f, 0.022f) + glm::vec4(1.0f, 0.0425f, 1.04f, -0.04f);
   const float y = std::min(x.x * x.x, std::exp2(-9.28f * nv)) * x.x + x.y;
   const glm::vec2 scale_bias = glm::vec2(-1.04f, 1.04f) * y + glm::vec2(x.z, x.w);
   return r.specular0 * scale_bias.x + scale_bias.y;
@@ -202,8 +204,9 @@ struct Shader {
         radiance[first + i] = task.point.emissive;
         if (!ambient || ao > 0) continue;
         const Reflectance r = reflectance(task.point);
-        radiance[first + i] += r.diffuse * lighting.sky.average(task.point.normal) +
-                               ambient_specular(task.point, r, task.view) * mirrored_sky(lighting.sky, task.point, task.view);
+        radiance[first + i] +=
+            r.diffuse * lighting.sky.average(task.point.normal) +
+            ambient_specular(task.point, r, task.view) * mirrored_sky(lighting.sky, task.point, task.view);
       }
       // Direct light.
       cast(tasks.subspan(first, n), lights, options.shadows, *shadow, radiance.data() + first,
@@ -228,8 +231,10 @@ struct Shader {
                  ambient_specular(task.point, r, task.view) * mirrored_sky(lighting.sky, task.point, task.view);
              const float part = 1.0f / static_cast<float>(ao);
              for (std::size_t k = 0; k < ao; ++k) {
-               const auto number = sample_index(first + i) * static_cast<std::uint32_t>(ao) + static_cast<std::uint32_t>(k);
-               const glm::dvec3 d = to_cosine_hemisphere(sample_2d(number, hash_combine(seed(first + i), 0x414fu)), task.point.normal);
+               const auto number =
+                   sample_index(first + i) * static_cast<std::uint32_t>(ao) + static_cast<std::uint32_t>(k);
+               const glm::dvec3 d =
+                   to_cosine_hemisphere(sample_2d(number, hash_combine(seed(first + i), 0x414fu)), task.point.normal);
                if (glm::dot(d, task.point.geometric) <= 0) continue;
                rays.push_back(tracer.surfaces.leave(task.point, d, ao_distance));
                out.push_back({static_cast<std::uint32_t>(i), part * (r.diffuse * lighting.sky.radiance(d) + specular)});
@@ -248,7 +253,8 @@ struct Shader {
     std::vector<std::vector<WorldRay>> rays(blocks);
     std::vector<std::vector<Light>> lights(blocks);
     parallel(blocks, 1, [&](std::size_t b) {
-      for (std::size_t i = b * kBlock; i < std::min(tasks.size(), (b + 1) * kBlock); ++i) generate(i, rays[b], lights[b]);
+      for (std::size_t i = b * kBlock; i < std::min(tasks.size(), (b + 1) * kBlock); ++i)
+        generate(i, rays[b], lights[b]);
     });
     std::vector<WorldRay> all;
     std::vector<Light> sums;
@@ -270,7 +276,8 @@ std::vector<std::uint32_t> tiled_order(int width, int height) {
   for (int ty = 0; ty < height; ty += kTile) {
     for (int tx = 0; tx < width; tx += kTile) {
       for (int y = ty; y < std::min(ty + kTile, height); ++y) {
-        for (int x = tx; x < std::min(tx + kTile, width); ++x) order.push_back(static_cast<std::uint32_t>(y * width + x));
+        for (int x = tx; x < std::min(tx + kTile, width); ++x)
+          order.push_back(static_cast<std::uint32_t>(y * width + x));
       }
     }
   }
@@ -278,7 +285,8 @@ std::vector<std::uint32_t> tiled_order(int width, int height) {
 }
 
 /// The ambient light that the scene's own lights cause: a coarse picture is lit, and its mean bounced on, in a closed space for ever.
-glm::vec3 bounced_light(Tracer& tracer, const ViewCamera& camera, const Lighting& lighting, const RenderOptions& options, bool indoors) {
+glm::vec3 bounced_light(Tracer& tracer, const ViewCamera& camera, const Lighting& lighting,
+                        const RenderOptions& options, bool indoors) {
   constexpr int kWidth = 64, kHeight = 48;
   std::vector<WorldRay> rays;
   for (int y = 0; y < kHeight; ++y) {
@@ -307,7 +315,8 @@ glm::vec3 bounced_light(Tracer& tracer, const ViewCamera& camera, const Lighting
   Shader shader{tracer, lighting, coarse, 0.0, &ignored, &ignored};
   std::vector<glm::vec3> radiance;
   shader.shade(
-      tasks, [](std::size_t) { return 0u; }, [](std::size_t i) { return hash_mix(static_cast<std::uint32_t>(i)); }, false, radiance);
+      tasks, [](std::size_t) { return 0u; }, [](std::size_t i) { return hash_mix(static_cast<std::uint32_t>(i)); },
+      false, radiance);
   glm::vec3 sum(0.0f);
   for (const glm::vec3& r : radiance) sum += r;
   const float n = static_cast<float>(tasks.size());
@@ -354,8 +363,8 @@ void quantise_all(std::span<const WorldRay> rays, std::span<GridRay> grid, const
   parallel(rays.size(), 2048, [&](std::size_t i) { grid[i] = quantise(rays[i], transform, box, any); });
 }
 
-bool is_indoors(const Surfaces& surfaces, const ViewCamera& camera, const std::array<std::int32_t, 6>& box, Engine& engine,
-                const TraceOptions& options) {
+bool is_indoors(const Surfaces& surfaces, const ViewCamera& camera, const std::array<std::int32_t, 6>& box,
+                Engine& engine, const TraceOptions& options) {
   // Of directions spread over the sphere (Fibonacci spiral) nine tenths must end on a surface.
   constexpr int kRays = 256;
   std::vector<WorldRay> rays(kRays);
@@ -367,15 +376,18 @@ bool is_indoors(const Surfaces& surfaces, const ViewCamera& camera, const std::a
   Tracer tracer{surfaces, box, engine, options, {}, {}, {}};
   WorkTotals ignored;
   tracer.run(rays, true, ignored);
-  return std::count_if(tracer.hits.begin(), tracer.hits.end(), [](const Hit& hit) { return hit.hit(); }) > kRays * 9 / 10;
+  return std::count_if(tracer.hits.begin(), tracer.hits.end(), [](const Hit& hit) { return hit.hit(); }) >
+         kRays * 9 / 10;
 }
 
-RenderResult render(const Surfaces& surfaces, const ViewCamera& camera, const std::array<std::int32_t, 6>& box, Engine& engine,
-                    const RenderOptions& options) {
+RenderResult render(const Surfaces& surfaces, const ViewCamera& camera, const std::array<std::int32_t, 6>& box,
+                    Engine& engine, const RenderOptions& options) {
   if (options.width < 1 || options.height < 1 || options.width > kMaxSize || options.height > kMaxSize) {
-    throw Error("the size of the picture must be between 1x1 and " + std::to_string(kMaxSize) + "x" + std::to_string(kMaxSize));
+    throw Error("the size of the picture must be between 1x1 and " + std::to_string(kMaxSize) + "x" +
+                std::to_string(kMaxSize));
   }
-  if (options.spp < 1 || options.ao < 0 || options.light_samples < 1) throw Error("numbers of samples must be positive");
+  if (options.spp < 1 || options.ao < 0 || options.light_samples < 1)
+    throw Error("numbers of samples must be positive");
   const double start = now();
   const int width = options.width, height = options.height;
   const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
@@ -387,7 +399,8 @@ RenderResult render(const Surfaces& surfaces, const ViewCamera& camera, const st
   result.normal = Raster(width, height, 3);
   result.depth = Raster(width, height, 1, std::numeric_limits<float>::infinity());
   result.id.assign(pixels, kNone);
-  for (Raster* raster : {&result.down, &result.up, &result.leaf, &result.tests, &result.skipped}) *raster = Raster(width, height, 1);
+  for (Raster* raster : {&result.down, &result.up, &result.leaf, &result.tests, &result.skipped})
+    *raster = Raster(width, height, 1);
 
   Tracer tracer{surfaces, box, engine, options.trace, {}, {}, {}};
   const bool indoors = is_indoors(surfaces, camera, box, engine, options.trace);
@@ -397,7 +410,8 @@ RenderResult render(const Surfaces& surfaces, const ViewCamera& camera, const st
     lighting.sky = {bounced * 1.15f, bounced * 0.85f};
   }
   result.lights = lighting.describe();
-  const double ao_distance = options.ao_distance > 0 ? options.ao_distance : (1.0 / 3.0) / surfaces.grid().transform.scale;
+  const double ao_distance =
+      options.ao_distance > 0 ? options.ao_distance : (1.0 / 3.0) / surfaces.grid().transform.scale;
   Shader shader{tracer, lighting, options, ao_distance, &result.shadow, &result.occlusion};
 
   const std::vector<std::uint32_t> order = tiled_order(width, height);
@@ -428,10 +442,11 @@ RenderResult render(const Surfaces& surfaces, const ViewCamera& camera, const st
     tasks.clear();
     parallel(samples, 2048, [&](std::size_t s) {
       const std::uint32_t pixel = pixel_of(s);
-      const glm::dvec2 where =
-          spp == 1 ? glm::dvec2(0.5) : sample_2d(static_cast<std::uint32_t>(s % spp), hash_combine(seed_of(s), 0x5058u));
-      rays[s] = camera.ray(pixel % static_cast<std::uint32_t>(width) + where.x, pixel / static_cast<std::uint32_t>(width) + where.y,
-                           width, height);
+      const glm::dvec2 where = spp == 1
+                                   ? glm::dvec2(0.5)
+                                   : sample_2d(static_cast<std::uint32_t>(s % spp), hash_combine(seed_of(s), 0x5058u));
+      rays[s] = camera.ray(pixel % static_cast<std::uint32_t>(width) + where.x,
+                           pixel / static_cast<std::uint32_t>(width) + where.y, width, height);
     });
     result.camera.rays += samples;
 
@@ -458,7 +473,8 @@ RenderResult render(const Surfaces& surfaces, const ViewCamera& camera, const st
         if (alpha > 0.0f && s % spp == 0 && result.id[pixel] == kNone) {
           result.id[pixel] = hit.id;
           const int x = static_cast<int>(pixel) % width, y = static_cast<int>(pixel) / width;
-          *result.depth.at(x, y) = static_cast<float>(-glm::dot(task.point.position - camera.eye(), glm::dvec3(camera.world[2])));
+          *result.depth.at(x, y) =
+              static_cast<float>(-glm::dot(task.point.position - camera.eye(), glm::dvec3(camera.world[2])));
           result.normal.set_rgb(x, y, glm::vec3(task.point.normal));
         }
         if (weight[s] > 1e-3f) {
@@ -478,7 +494,8 @@ RenderResult render(const Surfaces& surfaces, const ViewCamera& camera, const st
         if (!shaded[i]) continue;
         tasks.push_back(layer_tasks[i]);
         for (int c = 0; c < 3; ++c) {
-          result.albedo.data[3 * pixel + static_cast<std::size_t>(c)] += layer_tasks[i].point.base[c] * layer_tasks[i].weight * inverse;
+          result.albedo.data[3 * pixel + static_cast<std::size_t>(c)] +=
+              layer_tasks[i].point.base[c] * layer_tasks[i].weight * inverse;
         }
       }
       std::size_t kept = 0;
@@ -534,15 +551,15 @@ Raster develop(const RenderResult& result, double exposure) {
 
 std::span<const Aov> known_aovs() {
   static constexpr std::array<Aov, 10> kAovs = {{{"depth", "distance along the viewing axis, world units"},
-                                                {"normal", "interpolated world normal, turned towards the camera"},
-                                                {"albedo", "base colour with textures"},
-                                                {"id", "triangle id"},
-                                                {"steps", "node visits of the camera rays: down + up + leaf"},
-                                                {"down", "interior nodes visited on the way down"},
-                                                {"up", "ancestors visited on the way up"},
-                                                {"leaf", "leaves visited"},
-                                                {"tests", "triangle tests"},
-                                                {"skipped", "tests that the mailbox saved"}}};
+                                                 {"normal", "interpolated world normal, turned towards the camera"},
+                                                 {"albedo", "base colour with textures"},
+                                                 {"id", "triangle id"},
+                                                 {"steps", "node visits of the camera rays: down + up + leaf"},
+                                                 {"down", "interior nodes visited on the way down"},
+                                                 {"up", "ancestors visited on the way up"},
+                                                 {"leaf", "leaves visited"},
+                                                 {"tests", "triangle tests"},
+                                                 {"skipped", "tests that the mailbox saved"}}};
   return kAovs;
 }
 
@@ -578,7 +595,8 @@ Raster aov_picture(const RenderResult& result, const std::string& name, ColorMap
   Raster picture(data.width, data.height, 3);
   for (int y = 0; y < data.height; ++y) {
     for (int x = 0; x < data.width; ++x) {
-      const std::uint32_t id = result.id[static_cast<std::size_t>(y) * static_cast<std::size_t>(data.width) + static_cast<std::size_t>(x)];
+      const std::uint32_t id =
+          result.id[static_cast<std::size_t>(y) * static_cast<std::size_t>(data.width) + static_cast<std::size_t>(x)];
       glm::vec3 color(0.16f);
       if (name == "albedo") {
         color = srgb_encode(data.rgb(x, y));

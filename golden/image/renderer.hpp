@@ -17,11 +17,11 @@ namespace retrace {
 
 struct RenderOptions {
   int width = 640, height = 480;
-  int spp = 4;                  ///< samples a pixel
+  int spp = 4;  ///< samples a pixel
   bool shadows = true;
-  int ao = 0;                   ///< ambient occlusion rays a sample; 0: unoccluded ambient light
-  double ao_distance = 0.0;     ///< world units; 0: a sixth of the scene
-  int light_samples = 1;        ///< samples of the emissive triangles a camera sample
+  int ao = 0;                ///< ambient occlusion rays a sample; 0: unoccluded ambient light
+  double ao_distance = 0.0;  ///< world units; 0: a sixth of the scene
+  int light_samples = 1;     ///< samples of the emissive triangles a camera sample
   LightChoice lights = LightChoice::kAuto;
   std::uint32_t seed = 1;
   TraceOptions trace;
@@ -35,29 +35,29 @@ struct WorkTotals {
 };
 
 struct RenderResult {
-  Raster color;                    ///< linear RGB radiance and coverage; background is 0 with coverage 0
-  Raster depth;                    ///< along the viewing axis, world units; infinite where nothing is hit. Of each pixel's first sample
-  Raster normal;                   ///< world, unit; 0 where nothing is hit. Of each pixel's first sample
-  Raster albedo;                   ///< linear base colour
-  std::vector<std::uint32_t> id;   ///< triangle of each pixel's first sample, kNone where nothing is hit
+  Raster color;   ///< linear RGB radiance and coverage; background is 0 with coverage 0
+  Raster depth;   ///< along the viewing axis, world units; infinite where nothing is hit. Of each pixel's first sample
+  Raster normal;  ///< world, unit; 0 where nothing is hit. Of each pixel's first sample
+  Raster albedo;  ///< linear base colour
+  std::vector<std::uint32_t> id;          ///< triangle of each pixel's first sample, kNone where nothing is hit
   Raster down, up, leaf, tests, skipped;  ///< work of the camera rays, mean of the samples
 
-  WorkTotals camera, shadow, occlusion;   ///< rays and work by kind; rays that miss the scene box count as rays
+  WorkTotals camera, shadow, occlusion;  ///< rays and work by kind; rays that miss the scene box count as rays
   double quantise_s = 0, trace_s = 0, shade_s = 0, total_s = 0;
-  std::string lights;              ///< what lit the picture
-  double exposure = 1.0;           ///< factor that makes `color` well exposed
+  std::string lights;     ///< what lit the picture
+  double exposure = 1.0;  ///< factor that makes `color` well exposed
 };
 
 /// Throws Error for sizes out of range and what an engine throws.
-RenderResult render(const Surfaces& surfaces, const ViewCamera& camera, const std::array<std::int32_t, 6>& box, Engine& engine,
-                    const RenderOptions& options);
+RenderResult render(const Surfaces& surfaces, const ViewCamera& camera, const std::array<std::int32_t, 6>& box,
+                    Engine& engine, const RenderOptions& options);
 
 /// What a screen shows: exposure, tone map, a neutral backdrop behind the scene, sRGB.
 Raster develop(const RenderResult& result, double exposure);
 
 /// Whether the camera stands in a closed space, as far as rays in all directions can tell.
-bool is_indoors(const Surfaces& surfaces, const ViewCamera& camera, const std::array<std::int32_t, 6>& box, Engine& engine,
-                const TraceOptions& options);
+bool is_indoors(const Surfaces& surfaces, const ViewCamera& camera, const std::array<std::int32_t, 6>& box,
+                Engine& engine, const TraceOptions& options);
 
 /// Quantises rays in parallel. Throws Error for the first bad one.
 void quantise_all(std::span<const WorldRay> rays, std::span<GridRay> grid, const GridTransform& transform,

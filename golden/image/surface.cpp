@@ -92,7 +92,8 @@ Surfaces::Surfaces(const Scene& scene, const WorldTriangles& world, const GridSc
     mirrors_.push_back(glm::determinant(linear) < 0.0);
     normal_matrix_.push_back(glm::determinant(linear) != 0.0 ? glm::transpose(glm::inverse(linear)) : glm::dmat3(0.0));
   }
-  for (const Material& material : scene.materials) transparent_ = transparent_ || material.alpha != Material::Alpha::kOpaque;
+  for (const Material& material : scene.materials)
+    transparent_ = transparent_ || material.alpha != Material::Alpha::kOpaque;
 }
 
 glm::dvec3 Surfaces::front(std::uint32_t id) const {
@@ -117,7 +118,8 @@ glm::dvec3 Surfaces::vertex(std::uint32_t id, int corner) const {
 
 glm::dvec3 Surfaces::file_barycentrics(const Hit& hit) const {
   const std::uint32_t index = grid_index(hit.id);
-  if (index == kNone) throw Error("the engine reported triangle " + std::to_string(hit.id) + ", which is not in the scene");
+  if (index == kNone)
+    throw Error("the engine reported triangle " + std::to_string(hit.id) + ", which is not in the scene");
   const int first = order_[index] & 3, second = order_[index] >> 2;
   glm::dvec3 b(0.0);
   b[3 - first - second] = 1.0 - hit.u - hit.v;

@@ -19,13 +19,13 @@ inline constexpr double kSurfaceOffset = 0x1p-18;
 glm::vec4 sample_texture(const Texture& texture, glm::vec2 uv);
 
 struct SurfacePoint {
-  std::uint32_t id = kNone;         ///< triangle
-  glm::dvec3 position{0.0};         ///< world, on the snapped triangle
-  glm::dvec3 geometric{0.0};        ///< unit normal of the triangle on the side that the ray came from
-  glm::dvec3 normal{0.0};           ///< interpolated unit normal on that side
+  std::uint32_t id = kNone;   ///< triangle
+  glm::dvec3 position{0.0};   ///< world, on the snapped triangle
+  glm::dvec3 geometric{0.0};  ///< unit normal of the triangle on the side that the ray came from
+  glm::dvec3 normal{0.0};     ///< interpolated unit normal on that side
   glm::vec2 texcoord{0.0f};
-  glm::vec4 base{1.0f};             ///< base colour, linear; alpha is 1 for opaque materials, 0 or 1 for masked ones
-  glm::vec3 emissive{0.0f};         ///< 0 on the back of a single-sided material
+  glm::vec4 base{1.0f};      ///< base colour, linear; alpha is 1 for opaque materials, 0 or 1 for masked ones
+  glm::vec3 emissive{0.0f};  ///< 0 on the back of a single-sided material
   float metallic = 0.0f, roughness = 1.0f;
 };
 
@@ -63,8 +63,8 @@ class Surfaces {
   const Scene& scene_;
   const WorldTriangles& world_;
   const GridScene& grid_;
-  std::vector<std::uint32_t> index_;       ///< triangle id to index into grid_.triangles
-  std::vector<std::uint8_t> order_;        ///< by that index: file vertices of the record's vertices 1 and 2, two bits each
+  std::vector<std::uint32_t> index_;  ///< triangle id to index into grid_.triangles
+  std::vector<std::uint8_t> order_;   ///< by that index: file vertices of the record's vertices 1 and 2, two bits each
   std::vector<glm::dmat3> normal_matrix_;  ///< by node
   std::vector<std::uint8_t> mirrors_;      ///< by node
   bool transparent_ = false;

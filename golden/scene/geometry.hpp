@@ -12,7 +12,7 @@ namespace retrace {
 
 /// Where a world triangle came from.
 struct TriangleSource {
-  std::uint32_t node;       ///< glTF node (the instance)
+  std::uint32_t node;  ///< glTF node (the instance)
   std::uint32_t mesh;
   std::uint32_t primitive;  ///< within the mesh
   std::uint32_t triangle;   ///< within the primitive

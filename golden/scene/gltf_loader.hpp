@@ -14,7 +14,8 @@ struct GltfOptions {
 };
 
 /// Loads a file. Throws Error with one line that names the file, the object and what is wrong; warnings go to `warnings` if given.
-Scene load_gltf(const std::filesystem::path& path, const GltfOptions& options = {}, std::vector<std::string>* warnings = nullptr);
+Scene load_gltf(const std::filesystem::path& path, const GltfOptions& options = {},
+                std::vector<std::string>* warnings = nullptr);
 
 /// The same from memory (for the fuzzer): no external file is opened.
 Scene load_gltf_memory(std::span<const std::uint8_t> bytes, const GltfOptions& options = {});

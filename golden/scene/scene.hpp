@@ -46,10 +46,10 @@ struct Material {
 
 /// Triangles of one glTF primitive, indexed. Strips and fans are already unrolled, in the winding glTF prescribes.
 struct Primitive {
-  std::vector<glm::vec3> positions;  ///< object space, as the file stores them
-  std::vector<glm::vec3> normals;    ///< empty, or one a position
+  std::vector<glm::vec3> positions;     ///< object space, as the file stores them
+  std::vector<glm::vec3> normals;       ///< empty, or one a position
   std::vector<glm::vec2> texcoords[2];  ///< each empty, or one a position
-  std::vector<glm::vec4> colors;     ///< empty, or one a position (COLOR_0)
+  std::vector<glm::vec4> colors;        ///< empty, or one a position (COLOR_0)
   std::vector<glm::uvec3> triangles;
   std::uint32_t material = kNone;
 };
@@ -62,8 +62,8 @@ struct Mesh {
 struct Camera {
   std::string name;
   bool perspective = true;
-  double yfov = 0.8;           ///< radians, perspective
-  double aspect = 0.0;         ///< width / height; 0: follow the image
+  double yfov = 0.8;              ///< radians, perspective
+  double aspect = 0.0;            ///< width / height; 0: follow the image
   double xmag = 1.0, ymag = 1.0;  ///< half extents, orthographic
   double znear = 0.0;
 };
@@ -74,8 +74,8 @@ struct Light {
   std::string name;
   Type type = Type::kPoint;
   glm::vec3 color{1.0f};
-  float intensity = 1.0f;  ///< candela (point, spot) or lux (directional)
-  float range = 0.0f;      ///< 0: unlimited
+  float intensity = 1.0f;                            ///< candela (point, spot) or lux (directional)
+  float range = 0.0f;                                ///< 0: unlimited
   float inner_cone = 0.0f, outer_cone = 0.7853982f;  ///< radians, spot
 };
 

@@ -6,9 +6,9 @@
 
 namespace retrace::hls {
 
-typedef ap_int<2 * contract::kPositionBits> product_t;             // exact product of two 27-bit codes
-typedef ap_int<2 * contract::kPositionBits + 4> row_sum_t;         // three products, an offset and a rounding constant
-static const int kRowShift = contract::kCoefficientFrac;           // both row sums lose the fraction bits of the coefficient
+typedef ap_int<2 * contract::kPositionBits> product_t;      // exact product of two 27-bit codes
+typedef ap_int<2 * contract::kPositionBits + 4> row_sum_t;  // three products, an offset and a rounding constant
+static const int kRowShift = contract::kCoefficientFrac;    // both row sums lose the fraction bits of the coefficient
 static const int kOffsetShift = contract::kCoefficientFrac + contract::kPositionFrac - contract::kOffsetFrac;
 
 // Exact product. Written with *= because open ap_int headers form a product of two n-bit numbers 2n x 2n bits wide.

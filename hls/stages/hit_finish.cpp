@@ -4,7 +4,7 @@
 #include <hls_stream.h>
 
 extern "C" void hit_finish_top(hls::stream<retrace::hls::hit_finish_in_word_t>& in,
-                         hls::stream<retrace::hls::hit_word_t>& out) {
+                               hls::stream<retrace::hls::hit_word_t>& out) {
   RT_AXIS(in)
   RT_AXIS(out)
   RT_FREE_RUNNING

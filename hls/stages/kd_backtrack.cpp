@@ -4,7 +4,7 @@
 #include <hls_stream.h>
 
 extern "C" void kd_backtrack_top(hls::stream<retrace::hls::kd_backtrack_in_word_t>& in,
-                         hls::stream<retrace::hls::kd_backtrack_out_word_t>& out) {
+                                 hls::stream<retrace::hls::kd_backtrack_out_word_t>& out) {
   RT_AXIS(in)
   RT_AXIS(out)
   RT_FREE_RUNNING

@@ -11,7 +11,8 @@ namespace retrace::hls {
 inline kd_backtrack_out_record kd_backtrack(const kd_backtrack_in_record& in) {
   RT_INLINE
   const axis_t axis = in.face >> 1;
-  const flag_t upper = in.face;  // low bit: we leave through an upper side, moving up the axis, so the near child is the left one
+  const flag_t upper =
+      in.face;  // low bit: we leave through an upper side, moving up the axis, so the near child is the left one
   const flag_t right = in.node;
   kd_backtrack_out_record out;
   out.bad = in.parent_axis == contract::kAxisLeaf;

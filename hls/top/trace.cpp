@@ -18,7 +18,7 @@ static const int kPhaseTest = 2;    // one reference of the leaf
 static const int kPhaseUp = 3;      // one parent link
 static const int kPhaseFinish = 4;  // write the hit
 
-static const int kLineWords = 4;          // 128-bit words in a 64-byte line
+static const int kLineWords = 4;  // 128-bit words in a 64-byte line
 typedef ap_uint<48> iteration_t;
 typedef ap_uint<34> address_t;  // word address: lines are counted in 32 bits
 
@@ -248,7 +248,8 @@ REFS:
   }
 }
 
-inline void step_down(context& c, const word_t* pairs, const word_t* leaves, const image_view& view, bool parent_links) {
+inline void step_down(context& c, const word_t* pairs, const word_t* leaves, const image_view& view,
+                      bool parent_links) {
   if (!count_step(c, view)) return;
   const pair_index_t pair_index = c.node >> 1;
   if (pair_index >= view.pair_count) {
@@ -451,7 +452,8 @@ inline void finish_ray(context& c, word_t* hits, word_t* work, bool write_work) 
 extern "C" void retrace_trace(const retrace::hls::word_t* pairs, const retrace::hls::word_t* leaves,
                               const retrace::hls::word_t* list, const retrace::hls::word_t* triangles,
                               const retrace::hls::word_t* rays, retrace::hls::word_t* hits, retrace::hls::word_t* work,
-                              ap_uint<64>* summary, ap_uint<32> image_lines, ap_uint<32> ray_count, ap_uint<8> options) {
+                              ap_uint<64>* summary, ap_uint<32> image_lines, ap_uint<32> ray_count,
+                              ap_uint<8> options) {
   using namespace retrace::hls;
   RT_MEMORY(pairs, gmem_pairs)
   RT_MEMORY(leaves, gmem_leaves)
@@ -464,7 +466,7 @@ extern "C" void retrace_trace(const retrace::hls::word_t* pairs, const retrace::
   RT_CONTROL(image_lines)
   RT_CONTROL(ray_count)
   RT_CONTROL(options)
-  RT_CONTROL(return)
+  RT_CONTROL(return )
 
   ap_uint<64> totals[kSummaryWords];
 CLEAR_TOTALS:

@@ -17,7 +17,7 @@ enum RetraceSummary {
   kSummaryLeaf,
   kSummaryTests,
   kSummarySkipped,
-  kSummarySteps,       ///< iterations of the barrel that did a step
+  kSummarySteps,  ///< iterations of the barrel that did a step
   kSummaryWords
 };
 

@@ -2,8 +2,8 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -52,10 +52,10 @@ std::optional<double> embree_rays_s(const GridScene& scene, std::span<const Grid
   RTCScene embree = rtcNewScene(device);
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   const std::size_t n = scene.triangles.size();
-  auto* vertices =
-      static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), 3 * n));
-  auto* indices =
-      static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), n));
+  auto* vertices = static_cast<float*>(
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), 3 * n));
+  auto* indices = static_cast<unsigned*>(
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), n));
   double rays_s = 0;
   if (n > 0 && vertices != nullptr && indices != nullptr) {
     for (std::size_t i = 0; i < n; ++i) {
@@ -116,7 +116,8 @@ class Bench {
     for (int ty = 0; ty < size.height; ty += kTile) {
       for (int tx = 0; tx < size.width; tx += kTile) {
         for (int y = ty; y < std::min(ty + kTile, size.height); ++y) {
-          for (int x = tx; x < std::min(tx + kTile, size.width); ++x) world.push_back(camera.ray(x + 0.5, y + 0.5, size.width, size.height));
+          for (int x = tx; x < std::min(tx + kTile, size.width); ++x)
+            world.push_back(camera.ray(x + 0.5, y + 0.5, size.width, size.height));
         }
       }
     }
@@ -125,12 +126,9 @@ class Bench {
     std::vector<Hit> hits(rays.size());
     std::vector<RayWork> work(rays.size());
 
-    nlohmann::ordered_json json = {{"name", loaded.name},
-                                   {"triangles", loaded.world.vertices.size()},
-                                   {"build_s", loaded.build_s},
-                                   {"image_bytes", loaded.image.bytes()},
-                                   {"golden_rays_s", nullptr},
-                                   {"csim_rays_s", nullptr},
+    nlohmann::ordered_json json = {{"name", loaded.name},       {"triangles", loaded.world.vertices.size()},
+                                   {"build_s", loaded.build_s}, {"image_bytes", loaded.image.bytes()},
+                                   {"golden_rays_s", nullptr},  {"csim_rays_s", nullptr},
                                    {"embree_rays_s", nullptr}};
     for (const std::string& name : a_.engines) {
       say(scene + ": " + name);
@@ -185,13 +183,14 @@ void print_table(const nlohmann::ordered_json& scenes, const std::vector<std::st
     }
     std::printf(" %14s\n", s["embree_rays_s"].is_null() ? "-" : with_unit(s["embree_rays_s"].get<double>()).c_str());
   }
-  std::printf("\n%-18s %-8s %9s %9s %9s %9s %14s\n", "per ray", "way up", "down", "up", "leaf", "tests", "with mailbox");
+  std::printf("\n%-18s %-8s %9s %9s %9s %9s %14s\n", "per ray", "way up", "down", "up", "leaf", "tests",
+              "with mailbox");
   for (const auto& s : scenes) {
     for (const char* way : kWayUpNames) {
       const auto& p = s["per_ray"][way];
-      std::printf("%-18s %-8s %9.3f %9.3f %9.3f %9.3f %14.3f\n", s["name"].get<std::string>().substr(0, 18).c_str(), way,
-                  p["down"].get<double>(), p["up"].get<double>(), p["leaf"].get<double>(), p["tests"].get<double>(),
-                  p["tests_mailbox"].get<double>());
+      std::printf("%-18s %-8s %9.3f %9.3f %9.3f %9.3f %14.3f\n", s["name"].get<std::string>().substr(0, 18).c_str(),
+                  way, p["down"].get<double>(), p["up"].get<double>(), p["leaf"].get<double>(),
+                  p["tests"].get<double>(), p["tests_mailbox"].get<double>());
     }
   }
 }
@@ -220,20 +219,28 @@ void run_bench(BenchArguments& a, const Common& common) {
 void add_bench(CLI::App& app, Program& program) {
   CLI::App* command = app.add_subcommand("bench", "Measure build time, rays a second, and the work of a ray");
   auto a = std::make_shared<BenchArguments>();
-  command->add_option("scenes", a->scenes, "Scenes, as for render; default: generated room, knot and sphere, and 2CylinderEngine if installed")
+  command
+      ->add_option("scenes", a->scenes,
+                   "Scenes, as for render; default: generated room, knot and sphere, and 2CylinderEngine if installed")
       ->type_name("SCENE...");
   command->add_option("-e,--engine", a->engines, "Engines to time; default: golden, csim")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("ENGINE,...");
   command->add_flag("--json", a->json, "JSON on standard output");
-  command->add_option("-s,--size", a->size, "Primary rays: size of the picture")->capture_default_str()->type_name("WxH");
-  command->add_option("--repeat", a->repeat, "Runs of which the best counts")->capture_default_str()->check(CLI::Range(1, 1000));
+  command->add_option("-s,--size", a->size, "Primary rays: size of the picture")
+      ->capture_default_str()
+      ->type_name("WxH");
+  command->add_option("--repeat", a->repeat, "Runs of which the best counts")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000));
   add_engine_options(*command);
   add_common(*command, program);
   command->footer(
-      "Rays are the primary rays of the scene's first camera, on all cores. Embree, where it was found when the program was built, traces\n"
-      "the same snapped triangles and the same quantised rays, one by one, in single precision. Work per ray is golden's; tests_mailbox is\n"
+      "Rays are the primary rays of the scene's first camera, on all cores. Embree, where it was found when the "
+      "program was built, traces\n"
+      "the same snapped triangles and the same quantised rays, one by one, in single precision. Work per ray is "
+      "golden's; tests_mailbox is\n"
       "the number of triangle tests with a mailbox of 8 entries.\n"
       "Engines:\n" +
       engine_help() +

@@ -2,8 +2,8 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
-#include <CLI/CLI.hpp>
 #include <array>
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -27,7 +27,8 @@ struct CompareArguments {
   TraceOptions trace;
 };
 
-constexpr std::array<const char*, 4> kMeaning = {"", "differ within the edge band", "differ within the depth bound", ""};
+constexpr std::array<const char*, 4> kMeaning = {"", "differ within the edge band", "differ within the depth bound",
+                                                 ""};
 
 /// One kind of rays, counted.
 struct Tally {
@@ -85,23 +86,26 @@ class Duel {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rays.size(), 256), [&](const auto& range) {
       for (std::size_t i = range.begin(); i < range.end(); ++i) {
         verdicts_[i] = same_kind() ? Comparator::identical(hits_a_[i], hits_b_[i])
-                                   : comparator_.compare(grid_[i], fixed_a_ ? hits_b_[i] : hits_a_[i], fixed_a_ ? hits_a_[i] : hits_b_[i]);
+                                   : comparator_.compare(grid_[i], fixed_a_ ? hits_b_[i] : hits_a_[i],
+                                                         fixed_a_ ? hits_a_[i] : hits_b_[i]);
       }
     });
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const Hit &a = hits_a_[i], &b = hits_b_[i];
       tally.counts.add(verdicts_[i], a.hit(), b.hit());
-      if (a.hit() && b.hit() && a.id == b.id) tally.depth_difference = std::max(tally.depth_difference, std::fabs(a.t - b.t));
+      if (a.hit() && b.hit() && a.id == b.id)
+        tally.depth_difference = std::max(tally.depth_difference, std::fabs(a.t - b.t));
       constexpr std::size_t kExamples = 5;
       if (verdicts_[i].agreement != Agreement::kViolation || tally.examples.size() >= kExamples) continue;
       char text[512];
       const auto& r = grid_[i].record;
-      std::snprintf(text, sizeof text,
-                    "%s ray: %s; %s: status %u triangle %d t %.9f, %s: status %u triangle %d t %.9f; origin (%d %d %d) direction "
-                    "(%d %d %d) t_max %u",
-                    tally.kind.c_str(), verdicts_[i].reason, a_->name().c_str(), a.status, static_cast<int>(a.id), a.t,
-                    b_->name().c_str(), b.status, static_cast<int>(b.id), b.t, r.origin[0], r.origin[1], r.origin[2], r.direction[0],
-                    r.direction[1], r.direction[2], r.t_max);
+      std::snprintf(
+          text, sizeof text,
+          "%s ray: %s; %s: status %u triangle %d t %.9f, %s: status %u triangle %d t %.9f; origin (%d %d %d) direction "
+          "(%d %d %d) t_max %u",
+          tally.kind.c_str(), verdicts_[i].reason, a_->name().c_str(), a.status, static_cast<int>(a.id), a.t,
+          b_->name().c_str(), b.status, static_cast<int>(b.id), b.t, r.origin[0], r.origin[1], r.origin[2],
+          r.direction[0], r.direction[1], r.direction[2], r.t_max);
       tally.examples.emplace_back(text);
     }
   }
@@ -133,8 +137,8 @@ std::uint8_t shown(const Surfaces& surfaces, const Hit& hit, const glm::dvec3& d
   return static_cast<std::uint8_t>(glm::clamp(bright * 255.0f, 1.0f, 255.0f));
 }
 
-Raster difference_picture(const std::vector<Pixel>& pixels, const Size& size, const std::string& name_a, const std::string& name_b,
-                          const Tally& tally) {
+Raster difference_picture(const std::vector<Pixel>& pixels, const Size& size, const std::string& name_a,
+                          const std::string& name_b, const Tally& tally) {
   const int scale = std::clamp(size.width / 320, 1, 8), gap = 4 * scale, head = text_height(scale) + 2 * gap;
   const int foot = head;
   Raster image(3 * size.width + 2 * gap, size.height + head + foot, 3, 0.09f);
@@ -145,7 +149,8 @@ Raster difference_picture(const std::vector<Pixel>& pixels, const Size& size, co
     draw_text(image, left + gap, gap, title, ink, scale);
     for (int y = 0; y < size.height; ++y) {
       for (int x = 0; x < size.width; ++x) {
-        const Pixel& p = pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(size.width) + static_cast<std::size_t>(x)];
+        const Pixel& p =
+            pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(size.width) + static_cast<std::size_t>(x)];
         const std::uint8_t value = panel == 1 ? p.b : p.a;
         glm::vec3 color = value == 0 ? ground : glm::vec3(static_cast<float>(value) / 255.0f);
         if (panel == 2) color *= value == 0 ? 0.6f : 0.45f;
@@ -158,7 +163,9 @@ Raster difference_picture(const std::vector<Pixel>& pixels, const Size& size, co
       const int reach = agreement == Agreement::kViolation ? 2 * scale : scale;
       for (int y = 0; y < size.height; ++y) {
         for (int x = 0; x < size.width; ++x) {
-          if (pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(size.width) + static_cast<std::size_t>(x)].agreement != agreement) continue;
+          if (pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(size.width) + static_cast<std::size_t>(x)]
+                  .agreement != agreement)
+            continue;
           const int x0 = std::max(x - reach, 0), y0 = std::max(y - reach, 0);
           const int x1 = std::min(x + reach, size.width - 1), y1 = std::min(y + reach, size.height - 1);
           fill(image, left + x0, head + y0, x1 - x0 + 1, y1 - y0 + 1, class_color(agreement));
@@ -171,7 +178,8 @@ Raster difference_picture(const std::vector<Pixel>& pixels, const Size& size, co
   for (int i = 0; i < 4; ++i) {
     const auto agreement = static_cast<Agreement>(i);
     fill(image, x, y, 7 * scale, 7 * scale, class_color(agreement));
-    const std::string text = std::string(to_string(agreement)) + " " + std::to_string(tally.counts.total[static_cast<std::size_t>(i)]);
+    const std::string text =
+        std::string(to_string(agreement)) + " " + std::to_string(tally.counts.total[static_cast<std::size_t>(i)]);
     draw_text(image, x + 10 * scale, y, text, ink, scale);
     x += 10 * scale + text_width(text, scale) + 16 * scale;
   }
@@ -182,29 +190,37 @@ void print_tally(const Tally& tally, const std::string& name_a, const std::strin
   const AgreementCounts& c = tally.counts;
   const double n = c.rays() > 0 ? static_cast<double>(c.rays()) : 1.0;
   std::printf("%s rays: %s (both hit %s, both miss %s, only %s hits %s, only %s hits %s)\n", tally.kind.c_str(),
-              with_commas(c.rays()).c_str(), with_commas(c.both_hit).c_str(), with_commas(c.both_miss).c_str(), name_a.c_str(),
-              with_commas(c.only_a).c_str(), name_b.c_str(), with_commas(c.only_b).c_str());
+              with_commas(c.rays()).c_str(), with_commas(c.both_hit).c_str(), with_commas(c.both_miss).c_str(),
+              name_a.c_str(), with_commas(c.only_a).c_str(), name_b.c_str(), with_commas(c.only_b).c_str());
   for (std::size_t i = 0; i < 4; ++i) {
     if (same_kind && (i == 1 || i == 2)) continue;
-    const char* meaning = i == 0 ? (same_kind ? "bit for bit" : "same triangle within the depth bound, or both miss")
+    const char* meaning = i == 0   ? (same_kind ? "bit for bit" : "same triangle within the depth bound, or both miss")
                           : i == 3 ? (c.total[3] == 0 ? "" : "anything else")
                                    : kMeaning[i];
-    std::printf("  %-10s %14s  %9.5f %%  grazing %s  %s\n", to_string(static_cast<Agreement>(i)), with_commas(c.total[i]).c_str(),
-                100.0 * static_cast<double>(c.total[i]) / n, with_commas(c.grazing[i]).c_str(), meaning);
+    std::printf("  %-10s %14s  %9.5f %%  grazing %s  %s\n", to_string(static_cast<Agreement>(i)),
+                with_commas(c.total[i]).c_str(), 100.0 * static_cast<double>(c.total[i]) / n,
+                with_commas(c.grazing[i]).c_str(), meaning);
   }
   if (!same_kind) {
-    std::printf("  exact hits lost: %s; hits outside their triangle: %s, the farthest by %.3f x 2^-20 (%s by more than 2^-20)\n",
-                with_commas(c.lost).c_str(), with_commas(c.false_hits).c_str(), c.farthest * 0x1p20, with_commas(c.beyond_band).c_str());
+    std::printf(
+        "  exact hits lost: %s; hits outside their triangle: %s, the farthest by %.3f x 2^-20 (%s by more than "
+        "2^-20)\n",
+        with_commas(c.lost).c_str(), with_commas(c.false_hits).c_str(), c.farthest * 0x1p20,
+        with_commas(c.beyond_band).c_str());
   }
   std::printf("  largest |t - t'| on the same triangle: %.3g of the scene box = %.2f x 2^-24\n", tally.depth_difference,
               tally.depth_difference * 0x1p24);
-  std::printf("  %s %s rays/s, %s %s rays/s\n", name_a.c_str(), with_unit(tally.seconds_a > 0 ? n / tally.seconds_a : 0).c_str(),
-              name_b.c_str(), with_unit(tally.seconds_b > 0 ? n / tally.seconds_b : 0).c_str());
+  std::printf("  %s %s rays/s, %s %s rays/s\n", name_a.c_str(),
+              with_unit(tally.seconds_a > 0 ? n / tally.seconds_a : 0).c_str(), name_b.c_str(),
+              with_unit(tally.seconds_b > 0 ? n / tally.seconds_b : 0).c_str());
 }
 
 nlohmann::ordered_json tally_json(const Tally& tally) {
   const AgreementCounts& c = tally.counts;
-  nlohmann::ordered_json json = {{"rays", c.rays()}, {"both_hit", c.both_hit}, {"both_miss", c.both_miss}, {"only_a", c.only_a},
+  nlohmann::ordered_json json = {{"rays", c.rays()},
+                                 {"both_hit", c.both_hit},
+                                 {"both_miss", c.both_miss},
+                                 {"only_a", c.only_a},
                                  {"only_b", c.only_b}};
   for (std::size_t i = 0; i < 4; ++i) json[to_string(static_cast<Agreement>(i))] = c.total[i];
   for (std::size_t i = 0; i < 4; ++i) json["grazing"][to_string(static_cast<Agreement>(i))] = c.grazing[i];
@@ -235,7 +251,8 @@ void run_compare(const CompareArguments& a, Program& program) {
   for (const std::string& kind : a.rays) (kind == "shadow" ? shadow : primary) = true;
   std::unique_ptr<OutputFile> picture, stats;
   if (!a.output.empty()) {
-    if (is_linear_format(a.output)) throw UsageError("the difference picture is for looking at: name a .png file, not " + a.output);
+    if (is_linear_format(a.output))
+      throw UsageError("the difference picture is for looking at: name a .png file, not " + a.output);
     picture = std::make_unique<OutputFile>(a.output);
   }
   if (!a.stats.empty()) stats = std::make_unique<OutputFile>(a.stats);
@@ -244,7 +261,9 @@ void run_compare(const CompareArguments& a, Program& program) {
   const ViewCamera camera = default_view(loaded.scene, loaded.world, a.camera);
   const Surfaces surfaces(loaded.scene, loaded.world, loaded.grid);
   Duel duel(loaded, name_a, name_b, trace);
-  const LightChoice choice = a.lights == "scene" ? LightChoice::kScene : a.lights == "rig" ? LightChoice::kRig : LightChoice::kAuto;
+  const LightChoice choice = a.lights == "scene" ? LightChoice::kScene
+                             : a.lights == "rig" ? LightChoice::kRig
+                                                 : LightChoice::kAuto;
   const Lighting lighting(surfaces, camera, choice, is_indoors(surfaces, camera, loaded.grid.box, duel.a(), trace));
 
   Tally tallies[2];
@@ -252,18 +271,24 @@ void run_compare(const CompareArguments& a, Program& program) {
   tallies[1].kind = "shadow";
   std::vector<Pixel> pixels(picture ? static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height) : 0);
   Progress progress("compare " + loaded.name + " (" + a.engines + ")", program.common.quiet);
-  const auto total = static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height) * static_cast<std::size_t>(a.spp);
+  const auto total =
+      static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height) * static_cast<std::size_t>(a.spp);
   constexpr std::size_t kWave = std::size_t{1} << 16;
   std::vector<WorldRay> rays, shadow_rays;
   std::vector<LightSample> samples;
   for (std::size_t begin = 0; begin < total; begin += kWave) {
     const std::size_t n = std::min(kWave, total - begin);
-    const auto pixel_of = [&](std::size_t i) { return static_cast<std::uint32_t>((begin + i) / static_cast<std::size_t>(a.spp)); };
-    const auto sample_of = [&](std::size_t i) { return static_cast<std::uint32_t>((begin + i) % static_cast<std::size_t>(a.spp)); };
+    const auto pixel_of = [&](std::size_t i) {
+      return static_cast<std::uint32_t>((begin + i) / static_cast<std::size_t>(a.spp));
+    };
+    const auto sample_of = [&](std::size_t i) {
+      return static_cast<std::uint32_t>((begin + i) % static_cast<std::size_t>(a.spp));
+    };
     rays.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
       const std::uint32_t pixel = pixel_of(i), width = static_cast<std::uint32_t>(size.width);
-      const glm::dvec2 where = a.spp == 1 ? glm::dvec2(0.5) : sample_2d(sample_of(i), hash_combine(hash_combine(a.seed, pixel), 0x5058u));
+      const glm::dvec2 where =
+          a.spp == 1 ? glm::dvec2(0.5) : sample_2d(sample_of(i), hash_combine(hash_combine(a.seed, pixel), 0x5058u));
       rays[i] = camera.ray(pixel % width + where.x, pixel / width + where.y, size.width, size.height);
     }
     // Shadow rays start where engine A's primary rays end, so primary rays are traced in any case.
@@ -285,7 +310,8 @@ void run_compare(const CompareArguments& a, Program& program) {
         const Hit& hit = duel.hits_a()[i];
         if (!hit.hit() || surfaces.grid_index(hit.id) == kNone) continue;
         const SurfacePoint point = surfaces.at(hit, rays[i].direction);
-        lighting.sample(point, a.light_samples, sample_of(i), hash_combine(hash_combine(a.seed, pixel_of(i)), 0x5348u), samples);
+        lighting.sample(point, a.light_samples, sample_of(i), hash_combine(hash_combine(a.seed, pixel_of(i)), 0x5348u),
+                        samples);
         for (const LightSample& s : samples) shadow_rays.push_back(surfaces.leave(point, s.direction, s.distance));
       }
       if (!shadow_rays.empty()) duel.run(shadow_rays, true, tallies[1]);
@@ -296,8 +322,8 @@ void run_compare(const CompareArguments& a, Program& program) {
 
   std::uint64_t violations = 0;
   std::printf("%s, %s triangles, %dx%d, %s against %s, way up: %s\n", loaded.name.c_str(),
-              with_commas(loaded.world.vertices.size()).c_str(), size.width, size.height, name_a.c_str(), name_b.c_str(),
-              a.way_up.c_str());
+              with_commas(loaded.world.vertices.size()).c_str(), size.width, size.height, name_a.c_str(),
+              name_b.c_str(), a.way_up.c_str());
   for (int i = 0; i < 2; ++i) {
     if (!(i == 0 ? primary : shadow)) continue;
     print_tally(tallies[i], name_a, name_b, duel.same_kind());
@@ -306,10 +332,17 @@ void run_compare(const CompareArguments& a, Program& program) {
   }
   if (picture) write_raster(*picture, difference_picture(pixels, size, name_a, name_b, tallies[0]));
   if (stats) {
-    nlohmann::ordered_json json = {{"command", "compare"},     {"scene", scene_json(loaded)}, {"engines", {name_a, name_b}},
-                                   {"way_up", a.way_up},       {"mailbox", trace.mailbox},    {"camera", camera.name},
-                                   {"width", size.width},      {"height", size.height},       {"spp", a.spp},
-                                   {"violations", violations}, {"rays", nlohmann::ordered_json::object()}};
+    nlohmann::ordered_json json = {{"command", "compare"},
+                                   {"scene", scene_json(loaded)},
+                                   {"engines", {name_a, name_b}},
+                                   {"way_up", a.way_up},
+                                   {"mailbox", trace.mailbox},
+                                   {"camera", camera.name},
+                                   {"width", size.width},
+                                   {"height", size.height},
+                                   {"spp", a.spp},
+                                   {"violations", violations},
+                                   {"rays", nlohmann::ordered_json::object()}};
     if (primary) json["rays"]["primary"] = tally_json(tallies[0]);
     if (shadow) json["rays"]["shadow"] = tally_json(tallies[1]);
     stats->write(json.dump(2) + "\n");
@@ -326,7 +359,8 @@ void run_compare(const CompareArguments& a, Program& program) {
 }  // namespace
 
 void add_compare(CLI::App& app, Program& program) {
-  CLI::App* command = app.add_subcommand("compare", "Trace the same rays through two engines and classify every difference");
+  CLI::App* command =
+      app.add_subcommand("compare", "Trace the same rays through two engines and classify every difference");
   auto a = std::make_shared<CompareArguments>();
   command->add_option("scene", a->scene, kSceneHelp)->required()->type_name("SCENE");
   command->add_option("-e,--engines", a->engines, "Two engines, see below")->capture_default_str()->type_name("A,B");
@@ -336,12 +370,17 @@ void add_compare(CLI::App& app, Program& program) {
       ->delimiter(',')
       ->check(CLI::IsMember({"primary", "shadow"}))
       ->type_name("KIND,...");
-  command->add_option("--spp", a->spp, "Primary rays a pixel")->capture_default_str()->check(CLI::Range(1, 65536))->type_name("N");
+  command->add_option("--spp", a->spp, "Primary rays a pixel")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 65536))
+      ->type_name("N");
   command->add_option("--light-samples", a->light_samples, "Shadow rays to emissive surfaces a primary ray")
       ->capture_default_str()
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
-  command->add_option("--lights", a->lights, "The scene's lights, a rig that follows the camera, or the rig only where there are none")
+  command
+      ->add_option("--lights", a->lights,
+                   "The scene's lights, a rig that follows the camera, or the rig only where there are none")
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "scene", "rig"}));
   command->add_option("--way-up", a->way_up, "How a walk goes up the tree: stack (golden only), parent or face links")
@@ -349,21 +388,24 @@ void add_compare(CLI::App& app, Program& program) {
       ->check(CLI::IsMember({"stack", "parent", "face"}));
   command->add_flag("--mailbox{8}", a->trace.mailbox, "Remember the last triangles tested (8 unless =N)");
   command->add_option("--seed", a->seed, "Of the sample points")->capture_default_str();
-  command->add_option("-o,--output", a->output, "Picture: A, B, and where their primary rays differ")->type_name("FILE");
+  command->add_option("-o,--output", a->output, "Picture: A, B, and where their primary rays differ")
+      ->type_name("FILE");
   command->add_option("--stats", a->stats, "The table as JSON")->type_name("FILE");
   add_engine_options(*command);
   add_common(*command, program);
-  command->footer("Engines:\n" + engine_help() +
-                  "Classes, golden against a fixed-point engine (docs/program.md):\n"
-                  "  same       the same triangle, t within the proven bound, or both miss\n"
-                  "  edge       the ray passes close to an edge of the triangle in question (2^-20 of the scene box; 2^-19.4 for its longest edge)\n"
-                  "  depth      two triangles closer together than the proven depth bounds\n"
-                  "  violation  anything else; the exit code is 1\n"
-                  "Two fixed-point engines must agree bit for bit.\n"
-                  "Examples:\n"
-                  "  retrace compare room.glb --engines golden,csim --size 640x480\n"
-                  "  retrace compare room.glb --engines golden,csim --rays shadow -o difference.png --stats compare.json\n"
-                  "  retrace compare room.glb --engines golden,csim --way-up parent --mailbox\n");
+  command->footer(
+      "Engines:\n" + engine_help() +
+      "Classes, golden against a fixed-point engine (docs/program.md):\n"
+      "  same       the same triangle, t within the proven bound, or both miss\n"
+      "  edge       the ray passes close to an edge of the triangle in question (2^-20 of the scene box; 2^-19.4 for "
+      "its longest edge)\n"
+      "  depth      two triangles closer together than the proven depth bounds\n"
+      "  violation  anything else; the exit code is 1\n"
+      "Two fixed-point engines must agree bit for bit.\n"
+      "Examples:\n"
+      "  retrace compare room.glb --engines golden,csim --size 640x480\n"
+      "  retrace compare room.glb --engines golden,csim --rays shadow -o difference.png --stats compare.json\n"
+      "  retrace compare room.glb --engines golden,csim --way-up parent --mailbox\n");
   command->callback([a, &program] { run_compare(*a, program); });
 }
 

@@ -1,6 +1,6 @@
 // retrace pack, info: memory images.
-#include <CLI/CLI.hpp>
 #include <algorithm>
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
 
@@ -49,9 +49,10 @@ void print_histogram(const char* title, const std::vector<std::uint64_t>& counts
   for (std::size_t i = 0; i < counts.size(); ++i) {
     if (counts[i] == 0) continue;
     constexpr double kWidth = 50;
-    const auto bar = static_cast<std::size_t>(kWidth * static_cast<double>(counts[i]) / static_cast<double>(largest) + 0.5);
-    std::printf("  %4zu%s %10s  %s\n", i, open_end && i + 1 == counts.size() ? "+" : " ", with_commas(counts[i]).c_str(),
-                std::string(std::max<std::size_t>(bar, 1), '#').c_str());
+    const auto bar =
+        static_cast<std::size_t>(kWidth * static_cast<double>(counts[i]) / static_cast<double>(largest) + 0.5);
+    std::printf("  %4zu%s %10s  %s\n", i, open_end && i + 1 == counts.size() ? "+" : " ",
+                with_commas(counts[i]).c_str(), std::string(std::max<std::size_t>(bar, 1), '#').c_str());
   }
 }
 
@@ -99,8 +100,9 @@ void run_info(const InfoArguments& a, const Common& common) {
                 with_commas(s.max_leaf));
   print_row("depth", std::to_string(s.max_depth));
   print_row("SAH cost", fixed(s.sah_cost));
-  print_row("bytes", with_commas(s.bytes),
-            s.triangles > 0 ? fixed(static_cast<double>(s.bytes) / static_cast<double>(s.triangles)) + " a triangle" : "");
+  print_row(
+      "bytes", with_commas(s.bytes),
+      s.triangles > 0 ? fixed(static_cast<double>(s.bytes) / static_cast<double>(s.triangles)) + " a triangle" : "");
   print_row("  node pairs", with_commas(s.pair_bytes));
   print_row("  leaf records", with_commas(s.leaf_bytes));
   print_row("  reference list", with_commas(s.list_bytes));
@@ -117,8 +119,9 @@ void run_pack(const PackArguments& a, const Common& common) {
     loaded.image.save(file.temporary());
   }
   file.commit();
-  std::printf("%s: %s triangles, %s bytes, built in %.2f s\n", a.output.c_str(), with_commas(loaded.grid.triangles.size()).c_str(),
-              with_commas(loaded.image.bytes()).c_str(), loaded.build_s);
+  std::printf("%s: %s triangles, %s bytes, built in %.2f s\n", a.output.c_str(),
+              with_commas(loaded.grid.triangles.size()).c_str(), with_commas(loaded.image.bytes()).c_str(),
+              loaded.build_s);
 }
 
 }  // namespace
@@ -130,7 +133,8 @@ void add_pack(CLI::App& app, Program& program) {
   command->add_option("-o,--output", a->output, "Image, as the engines see it")->required()->type_name("FILE");
   add_common(*command, program);
   command->footer(
-      "The image is what the core reads from memory: node pairs, leaves, references, triangles (docs/memory-image.md).\n"
+      "The image is what the core reads from memory: node pairs, leaves, references, triangles "
+      "(docs/memory-image.md).\n"
       "Examples:\n"
       "  retrace pack room.glb -o room.rtkd\n"
       "  retrace info room.rtkd\n");

@@ -1,6 +1,6 @@
 // retrace render: a scene through one engine to pictures.
-#include <CLI/CLI.hpp>
 #include <charconv>
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -14,8 +14,8 @@ namespace retrace::cli {
 namespace {
 
 struct RenderArguments {
-  std::string scene, output, engine = "golden", size = "640x480", camera, way_up = "face", exposure = "auto", lights = "auto",
-                             stats, color_map = "inferno";
+  std::string scene, output, engine = "golden", size = "640x480", camera, way_up = "face", exposure = "auto",
+                             lights = "auto", stats, color_map = "inferno";
   std::vector<std::string> aovs;
   RenderOptions options;
 };
@@ -45,9 +45,9 @@ double parse_exposure(const std::string& text, double automatic) {
 void print_work(const char* kind, const WorkTotals& work) {
   if (work.rays == 0) return;
   const double n = static_cast<double>(work.rays);
-  std::printf("  %-9s %12s rays   per ray: down %.2f, up %.2f, leaf %.2f, tests %.2f", kind, with_commas(work.rays).c_str(),
-              static_cast<double>(work.down) / n, static_cast<double>(work.up) / n, static_cast<double>(work.leaf) / n,
-              static_cast<double>(work.tests) / n);
+  std::printf("  %-9s %12s rays   per ray: down %.2f, up %.2f, leaf %.2f, tests %.2f", kind,
+              with_commas(work.rays).c_str(), static_cast<double>(work.down) / n, static_cast<double>(work.up) / n,
+              static_cast<double>(work.leaf) / n, static_cast<double>(work.tests) / n);
   if (work.skipped > 0) std::printf(", skipped %.2f", static_cast<double>(work.skipped) / n);
   std::printf("\n");
 }
@@ -62,7 +62,9 @@ void run_render(RenderArguments& a, const Common& common) {
   options.height = size.height;
   options.trace.way_up = parse_way_up(a.way_up);
   options.trace.threads = common.threads;
-  options.lights = a.lights == "scene" ? LightChoice::kScene : a.lights == "rig" ? LightChoice::kRig : LightChoice::kAuto;
+  options.lights = a.lights == "scene" ? LightChoice::kScene
+                   : a.lights == "rig" ? LightChoice::kRig
+                                       : LightChoice::kAuto;
   const ColorMap map = a.color_map == "viridis" ? ColorMap::kViridis : ColorMap::kInferno;
   parse_exposure(a.exposure, 1.0);
   check_options(a.engine, options.trace);
@@ -111,28 +113,29 @@ void run_render(RenderArguments& a, const Common& common) {
   if (!a.stats.empty()) {
     nlohmann::ordered_json names = nlohmann::ordered_json::array();
     for (const auto& file : files) names.push_back(file->path().string());
-    const nlohmann::ordered_json stats = {
-        {"command", "render"},
-        {"scene", scene_json(loaded)},
-        {"engine", engine->name()},
-        {"way_up", a.way_up},
-        {"mailbox", options.trace.mailbox},
-        {"camera", camera.name},
-        {"width", options.width},
-        {"height", options.height},
-        {"spp", options.spp},
-        {"lights", result.lights},
-        {"exposure", exposure},
-        {"rays",
-         {{"camera", work_json(result.camera)}, {"shadow", work_json(result.shadow)}, {"occlusion", work_json(result.occlusion)}}},
-        {"seconds",
-         {{"quantise", result.quantise_s},
-          {"trace", result.trace_s},
-          {"shade", result.shade_s},
-          {"write", now() - write_start},
-          {"total", result.total_s}}},
-        {"rays_s", rays_s},
-        {"files", names}};
+    const nlohmann::ordered_json stats = {{"command", "render"},
+                                          {"scene", scene_json(loaded)},
+                                          {"engine", engine->name()},
+                                          {"way_up", a.way_up},
+                                          {"mailbox", options.trace.mailbox},
+                                          {"camera", camera.name},
+                                          {"width", options.width},
+                                          {"height", options.height},
+                                          {"spp", options.spp},
+                                          {"lights", result.lights},
+                                          {"exposure", exposure},
+                                          {"rays",
+                                           {{"camera", work_json(result.camera)},
+                                            {"shadow", work_json(result.shadow)},
+                                            {"occlusion", work_json(result.occlusion)}}},
+                                          {"seconds",
+                                           {{"quantise", result.quantise_s},
+                                            {"trace", result.trace_s},
+                                            {"shade", result.shade_s},
+                                            {"write", now() - write_start},
+                                            {"total", result.total_s}}},
+                                          {"rays_s", rays_s},
+                                          {"files", names}};
     open(a.stats).write(stats.dump(2) + "\n");
   }
   for (const auto& file : files) file->commit();
@@ -151,7 +154,8 @@ void run_render(RenderArguments& a, const Common& common) {
 }  // namespace
 
 void add_render(CLI::App& app, Program& program) {
-  CLI::App* command = app.add_subcommand("render", "Render a glTF scene through an engine to a picture, with AOVs on request");
+  CLI::App* command =
+      app.add_subcommand("render", "Render a glTF scene through an engine to a picture, with AOVs on request");
   auto a = std::make_shared<RenderArguments>();
   command->add_option("scene", a->scene, kSceneHelp)->required()->type_name("SCENE");
   command->add_option("-o,--output", a->output, "Picture: .png (tone mapped), .exr (linear radiance and coverage), ...")
@@ -159,27 +163,40 @@ void add_render(CLI::App& app, Program& program) {
       ->type_name("FILE");
   command->add_option("-e,--engine", a->engine, "Engine, see below")->capture_default_str()->type_name("ENGINE");
   command->add_option("-s,--size", a->size, "Size in pixels")->capture_default_str()->type_name("WxH");
-  command->add_option("-c,--camera", a->camera, "Camera by name or number; default: the first, or a view of the whole scene")
+  command
+      ->add_option("-c,--camera", a->camera,
+                   "Camera by name or number; default: the first, or a view of the whole scene")
       ->type_name("CAMERA");
-  command->add_option("--spp", a->options.spp, "Samples a pixel")->capture_default_str()->check(CLI::Range(1, 65536))->type_name("N");
+  command->add_option("--spp", a->options.spp, "Samples a pixel")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 65536))
+      ->type_name("N");
   command->add_flag("--shadows,!--no-shadows", a->options.shadows, "Shadow rays (on unless --no-shadows)");
   command->add_option("--ao", a->options.ao, "Ambient occlusion rays a sample; 0: none")
       ->capture_default_str()
       ->check(CLI::Range(0, 4096))
       ->type_name("N");
-  command->add_option("--ao-distance", a->options.ao_distance, "Reach of ambient occlusion in scene units; default: a sixth of the scene")
+  command
+      ->add_option("--ao-distance", a->options.ao_distance,
+                   "Reach of ambient occlusion in scene units; default: a sixth of the scene")
       ->check(CLI::PositiveNumber)
       ->type_name("LENGTH");
   command->add_option("--light-samples", a->options.light_samples, "Shadow rays to emissive surfaces a sample")
       ->capture_default_str()
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
-  command->add_option("--lights", a->lights, "The scene's lights, a rig that follows the camera, or the rig only where there are none")
+  command
+      ->add_option("--lights", a->lights,
+                   "The scene's lights, a rig that follows the camera, or the rig only where there are none")
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "scene", "rig"}));
   command->add_option("--exposure", a->exposure, "Stops, or auto")->capture_default_str()->type_name("EV");
-  command->add_option("--aov", a->aovs, "Further images, comma-separated, see below")->delimiter(',')->type_name("NAME,...");
-  command->add_option("--color-map", a->color_map, "Of the heat maps")->capture_default_str()->check(CLI::IsMember({"inferno", "viridis"}));
+  command->add_option("--aov", a->aovs, "Further images, comma-separated, see below")
+      ->delimiter(',')
+      ->type_name("NAME,...");
+  command->add_option("--color-map", a->color_map, "Of the heat maps")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"inferno", "viridis"}));
   command->add_option("--way-up", a->way_up, "How a walk goes up the tree: stack (golden only), parent or face links")
       ->capture_default_str()
       ->check(CLI::IsMember({"stack", "parent", "face"}));
@@ -188,7 +205,8 @@ void add_render(CLI::App& app, Program& program) {
   command->add_option("--stats", a->stats, "Counters and times as JSON")->type_name("FILE");
   add_engine_options(*command);
   add_common(*command, program);
-  std::string footer = "Engines:\n" + engine_help() + "AOVs (each written as FILE.NAME.exr with the data and FILE.NAME.png to look at):\n";
+  std::string footer = "Engines:\n" + engine_help() +
+                       "AOVs (each written as FILE.NAME.exr with the data and FILE.NAME.png to look at):\n";
   for (const Aov& aov : known_aovs()) {
     footer += "  " + std::string(aov.name) + std::string(10 - std::string(aov.name).size(), ' ') + aov.help + "\n";
   }

@@ -68,7 +68,8 @@ void run_trace(const TraceArguments& a, const Common& common) {
       const Hit& hit = hits[i];
       totals.add(work[i]);
       if (hit.status > contract::kStatusHit) {
-        throw Error("engine " + engine->name() + ": ray " + std::to_string(begin + i) + " ended with status " + std::to_string(hit.status));
+        throw Error("engine " + engine->name() + ": ray " + std::to_string(begin + i) + " ended with status " +
+                    std::to_string(hit.status));
       }
       NpyHit& result = results[begin + i];
       result = {std::numeric_limits<double>::infinity(), -1, -1, -1, -1, 0.0, 0.0};
@@ -90,22 +91,27 @@ void run_trace(const TraceArguments& a, const Common& common) {
   totals.rays = rows.size();
   output.write(format_hits(results));
   if (stats_file) {
-    const nlohmann::ordered_json json = {
-        {"command", "trace"},
-        {"scene", scene_json(loaded)},
-        {"engine", engine->name()},
-        {"way_up", a.way_up},
-        {"mailbox", options.mailbox},
-        {"any", a.any},
-        {"rays", totals.rays},
-        {"hits", found},
-        {"work", {{"down", totals.down}, {"up", totals.up}, {"leaf", totals.leaf}, {"tests", totals.tests}, {"skipped", totals.skipped}}},
-        {"trace_s", seconds}};
+    const nlohmann::ordered_json json = {{"command", "trace"},
+                                         {"scene", scene_json(loaded)},
+                                         {"engine", engine->name()},
+                                         {"way_up", a.way_up},
+                                         {"mailbox", options.mailbox},
+                                         {"any", a.any},
+                                         {"rays", totals.rays},
+                                         {"hits", found},
+                                         {"work",
+                                          {{"down", totals.down},
+                                           {"up", totals.up},
+                                           {"leaf", totals.leaf},
+                                           {"tests", totals.tests},
+                                           {"skipped", totals.skipped}}},
+                                         {"trace_s", seconds}};
     stats_file->write(json.dump(2) + "\n");
   }
   output.commit();
   if (stats_file) stats_file->commit();
-  std::printf("%s: %s rays, %s hits, %s rays/s\n", a.output.c_str(), with_commas(rows.size()).c_str(), with_commas(found).c_str(),
+  std::printf("%s: %s rays, %s hits, %s rays/s\n", a.output.c_str(), with_commas(rows.size()).c_str(),
+              with_commas(found).c_str(),
               with_unit(seconds > 0 ? static_cast<double>(rows.size()) / seconds : 0.0).c_str());
 }
 
@@ -117,7 +123,8 @@ void add_trace(CLI::App& app, Program& program) {
   command->add_option("scene", a->scene, kSceneHelp)->required()->type_name("SCENE");
   command->add_option("-i,--input", a->input, "Rays, see below")->required()->type_name("FILE.npy");
   command->add_option("-o,--output", a->output, "Hits, see below")->required()->type_name("FILE.npy");
-  command->add_flag("--any", a->any, "Any hit will do (occlusion): t, triangle, u, v are those of the hit that was found first");
+  command->add_flag("--any", a->any,
+                    "Any hit will do (occlusion): t, triangle, u, v are those of the hit that was found first");
   command->add_option("-e,--engine", a->engine, "Engine, see below")->capture_default_str()->type_name("ENGINE");
   command->add_option("--way-up", a->way_up, "How a walk goes up the tree: stack (golden only), parent or face links")
       ->capture_default_str()
@@ -127,10 +134,13 @@ void add_trace(CLI::App& app, Program& program) {
   add_engine_options(*command);
   add_common(*command, program);
   command->footer(
-      "Rays: float64 array of shape (N, 8): origin x y z, t_min, direction x y z, t_max, in the scene's own units. The direction need\n"
+      "Rays: float64 array of shape (N, 8): origin x y z, t_min, direction x y z, t_max, in the scene's own units. The "
+      "direction need\n"
       "  not have unit length; t counts in its lengths. Hits with t_min <= t <= t_max count; t_max may be inf.\n"
-      "Hits: structured array of shape (N,) with t, mesh, primitive, triangle, node, u, v. Indices are those of the glTF file: node is\n"
-      "  the instance, triangle counts within the primitive; u, v belong to the second and third vertex as the file lists them.\n"
+      "Hits: structured array of shape (N,) with t, mesh, primitive, triangle, node, u, v. Indices are those of the "
+      "glTF file: node is\n"
+      "  the instance, triangle counts within the primitive; u, v belong to the second and third vertex as the file "
+      "lists them.\n"
       "  A miss has t = inf and indices -1.\n"
       "Engines:\n" +
       engine_help() +

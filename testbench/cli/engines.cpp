@@ -57,7 +57,8 @@ const EngineKind& find_engine(const std::string& specification) {
   throw UsageError("there is no engine '" + name + "'; there are: " + known);
 }
 
-std::unique_ptr<Engine> make_engine(const std::string& specification, const GridScene& scene, const MemoryImage& image) {
+std::unique_ptr<Engine> make_engine(const std::string& specification, const GridScene& scene,
+                                    const MemoryImage& image) {
   const EngineKind& kind = find_engine(specification);
   const std::size_t colon = specification.find(':');
   return kind.make(scene, image, colon == std::string::npos ? std::string() : specification.substr(colon + 1));

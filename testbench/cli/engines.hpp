@@ -23,7 +23,8 @@ struct EngineKind {
   bool any_mailbox = false;     ///< takes a mailbox of any size; otherwise none or the kernel's
   std::function<void(CLI::App&)> add_options;  ///< may be empty
   /// `scene` and `image` outlive the engine.
-  std::function<std::unique_ptr<Engine>(const GridScene& scene, const MemoryImage& image, const std::string& argument)> make;
+  std::function<std::unique_ptr<Engine>(const GridScene& scene, const MemoryImage& image, const std::string& argument)>
+      make;
 };
 
 std::span<const EngineKind> engine_kinds();

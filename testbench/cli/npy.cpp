@@ -128,7 +128,8 @@ NpyHeader parse_npy_header(std::string_view bytes, const std::string& name) {
   if (bytes.size() < 10 || bytes.substr(0, kMagic.size()) != kMagic) throw Error(name + " is not a .npy file");
   const std::size_t major = byte(6), minor = byte(7);
   if (major < 1 || major > 3 || minor != 0) {
-    throw Error(name + " has .npy version " + std::to_string(major) + "." + std::to_string(minor) + "; known are 1.0 to 3.0");
+    throw Error(name + " has .npy version " + std::to_string(major) + "." + std::to_string(minor) +
+                "; known are 1.0 to 3.0");
   }
   const std::size_t start = major == 1 ? 10 : 12;
   if (bytes.size() < start) throw Error(name + " ends in its header");
@@ -148,10 +149,12 @@ std::vector<NpyRay> parse_rays(std::string_view bytes, const std::string& name) 
     throw Error(name + " has shape " + shape_text(header.shape) + ", not (N, 8): origin, t_min, direction, t_max");
   }
   // With one row or none both orders are the same, and NumPy then writes either.
-  if (header.fortran_order && header.shape[0] > 1) throw Error(name + " is in Fortran order; save it with numpy.ascontiguousarray");
+  if (header.fortran_order && header.shape[0] > 1)
+    throw Error(name + " is in Fortran order; save it with numpy.ascontiguousarray");
   const std::size_t available = bytes.size() - header.data_offset;
   if (header.shape[0] > available / sizeof(NpyRay)) {
-    throw Error(name + " is too short: " + std::to_string(available) + " bytes for " + std::to_string(header.shape[0]) + " rays");
+    throw Error(name + " is too short: " + std::to_string(available) + " bytes for " + std::to_string(header.shape[0]) +
+                " rays");
   }
   if (header.shape[0] * sizeof(NpyRay) != available) throw Error(name + " is longer than its shape says");
   std::vector<NpyRay> rays(header.shape[0]);
@@ -179,7 +182,8 @@ std::vector<NpyRay> read_rays(const std::filesystem::path& path) {
 
 std::string format_hits(std::span<const NpyHit> hits) {
   std::string header =
-      "{'descr': [('t', '<f8'), ('mesh', '<i4'), ('primitive', '<i4'), ('triangle', '<i4'), ('node', '<i4'), ('u', '<f8'), "
+      "{'descr': [('t', '<f8'), ('mesh', '<i4'), ('primitive', '<i4'), ('triangle', '<i4'), ('node', '<i4'), ('u', "
+      "'<f8'), "
       "('v', '<f8')], 'fortran_order': False, 'shape': (" +
       std::to_string(hits.size()) + ",), }";
   // The data start on a multiple of 64, as NumPy writes them.

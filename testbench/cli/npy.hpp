@@ -31,7 +31,7 @@ std::vector<NpyRay> read_rays(const std::filesystem::path& path);
 
 /// One hit as it stands in the file: packed, little endian, 40 bytes.
 struct NpyHit {
-  double t;  ///< infinite for a miss
+  double t;                                      ///< infinite for a miss
   std::int32_t mesh, primitive, triangle, node;  ///< -1 for a miss
   double u, v;  ///< barycentrics of the second and third vertex as the file lists them; 0 for a miss
 };

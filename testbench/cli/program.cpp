@@ -1,8 +1,8 @@
 // The program: subcommands, exit codes, one line an error.
 #include <tbb/global_control.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 #include <memory>
@@ -17,7 +17,8 @@ namespace {
 
 /// One line, whatever the message holds.
 void print_error(std::string message) {
-  std::replace_if(message.begin(), message.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
+  std::replace_if(
+      message.begin(), message.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
   std::fprintf(stderr, "retrace: error: %s\n", message.c_str());
 }
 
@@ -33,7 +34,9 @@ void add_common(CLI::App& command, Program& program) {
 int run(int argc, const char* const* argv) {
   Program program;
   CLI::App app(
-      "Retrace: ray tracing with a kd-tree core, through a floating-point model and through the fixed-point hardware kernels.", "retrace");
+      "Retrace: ray tracing with a kd-tree core, through a floating-point model and through the fixed-point hardware "
+      "kernels.",
+      "retrace");
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
   app.footer(

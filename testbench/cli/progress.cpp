@@ -11,9 +11,9 @@
 namespace retrace::cli {
 namespace {
 
-constexpr double kSilent = 0.5;     ///< seconds before anything is shown
+constexpr double kSilent = 0.5;      ///< seconds before anything is shown
 constexpr double kLineInterval = 2;  ///< seconds between two lines where there is no terminal
-constexpr double kInterval = 0.1;   ///< seconds between two drawings of the bar
+constexpr double kInterval = 0.1;    ///< seconds between two drawings of the bar
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
@@ -57,7 +57,8 @@ void Progress::update(double fraction) {
   constexpr int kWidth = 30;
   std::string bar(kWidth, '.');
   std::fill_n(bar.begin(), static_cast<int>(fraction * kWidth), '#');
-  std::fprintf(stderr, "\r%s [%s] %3d %%  %s left \x1b[K", label_.c_str(), bar.c_str(), static_cast<int>(fraction * 100), left.c_str());
+  std::fprintf(stderr, "\r%s [%s] %3d %%  %s left \x1b[K", label_.c_str(), bar.c_str(),
+               static_cast<int>(fraction * 100), left.c_str());
   std::fflush(stderr);
 }
 

@@ -63,7 +63,8 @@ void install_signal_handlers() {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
     struct sigaction before {};
     ::sigaction(signal, nullptr, &before);
-    if (before.sa_handler != SIG_IGN) ::sigaction(signal, &action, nullptr);  // nohup and shells' background jobs ignore some
+    if (before.sa_handler != SIG_IGN)
+      ::sigaction(signal, &action, nullptr);  // nohup and shells' background jobs ignore some
   }
 }
 
@@ -90,7 +91,9 @@ LoadedScene load_scene(const std::string& scene, const Common& common, bool text
   } else {
     const std::filesystem::path path = scene;
     if (is_memory_image(path)) {
-      throw Error(scene + " is a packed image: it holds no vertices, materials or cameras; name the glTF file it was made from");
+      throw Error(
+          scene +
+          " is a packed image: it holds no vertices, materials or cameras; name the glTF file it was made from");
     }
     loaded.name = path.stem().string();
     std::vector<std::string> warnings;
@@ -103,7 +106,8 @@ LoadedScene load_scene(const std::string& scene, const Common& common, bool text
   loaded.grid = snap(loaded.world);
   loaded.load_s = now() - load_start;
   if (loaded.grid.degenerate > 0) {
-    note(common, loaded.name + ": " + with_commas(loaded.grid.degenerate) + " of " + with_commas(loaded.world.vertices.size()) +
+    note(common, loaded.name + ": " + with_commas(loaded.grid.degenerate) + " of " +
+                     with_commas(loaded.world.vertices.size()) +
                      " triangles have no area on the grid and are left out");
   }
   Progress progress("build " + loaded.name, common.quiet);
@@ -144,7 +148,8 @@ double now() { return std::chrono::duration<double>(std::chrono::steady_clock::n
 
 std::string with_commas(std::uint64_t value) {
   std::string text = std::to_string(value);
-  for (auto i = static_cast<std::ptrdiff_t>(text.size()) - 3; i > 0; i -= 3) text.insert(static_cast<std::size_t>(i), ",");
+  for (auto i = static_cast<std::ptrdiff_t>(text.size()) - 3; i > 0; i -= 3)
+    text.insert(static_cast<std::size_t>(i), ",");
   return text;
 }
 

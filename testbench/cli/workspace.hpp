@@ -35,7 +35,8 @@ struct LoadedScene {
 };
 
 /// What --help says about SCENE.
-inline constexpr const char* kSceneHelp = "glTF file (.gltf, .glb), or a scene of the project's own: knot, room:detail=0.2";
+inline constexpr const char* kSceneHelp =
+    "glTF file (.gltf, .glb), or a scene of the project's own: knot, room:detail=0.2";
 
 /// Whether the file starts with the magic number of a memory image. Throws Error if it cannot be read.
 bool is_memory_image(const std::filesystem::path& path);

@@ -20,7 +20,8 @@ std::string file(int major, const std::string& header, const std::string& data) 
   return bytes + header + data;
 }
 
-std::string plain_header(const std::string& shape, const std::string& descr = "<f8", const std::string& order = "False") {
+std::string plain_header(const std::string& shape, const std::string& descr = "<f8",
+                         const std::string& order = "False") {
   return "{'descr': '" + descr + "', 'fortran_order': " + order + ", 'shape': " + shape + ", }                \n";
 }
 
@@ -44,9 +45,12 @@ TEST(Npy, ReadsAllVersions) {
 
 TEST(Npy, ReadsWhatIsUnusualButRight) {
   EXPECT_EQ(parse_rays(file(1, plain_header("(0, 8)"), ""), "a").size(), 0u);
-  EXPECT_EQ(parse_rays(file(1, plain_header("(1, 8)", "<f8", "True"), doubles(8)), "a").size(), 1u);  // one row: no order
-  EXPECT_EQ(parse_rays(file(1, "{\"shape\":(1,8),\"descr\":\"<f8\",\"fortran_order\":False}", doubles(8)), "a").size(), 1u);
-  EXPECT_EQ(parse_rays(file(1, "{'shape': (1, 8,), 'fortran_order': False, 'descr': '<f8'}\n", doubles(8)), "a").size(), 1u);
+  EXPECT_EQ(parse_rays(file(1, plain_header("(1, 8)", "<f8", "True"), doubles(8)), "a").size(),
+            1u);  // one row: no order
+  EXPECT_EQ(parse_rays(file(1, "{\"shape\":(1,8),\"descr\":\"<f8\",\"fortran_order\":False}", doubles(8)), "a").size(),
+            1u);
+  EXPECT_EQ(parse_rays(file(1, "{'shape': (1, 8,), 'fortran_order': False, 'descr': '<f8'}\n", doubles(8)), "a").size(),
+            1u);
 }
 
 struct Bad {
@@ -69,10 +73,13 @@ TEST(Npy, HostileFilesAreOneErrorEach) {
       {"ends in the length", file(2, "", "").substr(0, 11), "ends in its header"},
       {"empty header", file(1, "", data), "damaged header"},
       {"no dictionary", file(1, "[1, 2]", data), "damaged header"},
-      {"unknown key", file(1, "{'descr': '<f8', 'shape': (1, 8), 'fortran_order': False, 'x': 1}", data), "unexpected key"},
-      {"twice the same key", file(1, "{'descr': '<f8', 'descr': '<f8', 'shape': (1, 8), 'fortran_order': False}", data), "unexpected key"},
+      {"unknown key", file(1, "{'descr': '<f8', 'shape': (1, 8), 'fortran_order': False, 'x': 1}", data),
+       "unexpected key"},
+      {"twice the same key", file(1, "{'descr': '<f8', 'descr': '<f8', 'shape': (1, 8), 'fortran_order': False}", data),
+       "unexpected key"},
       {"missing key", file(1, "{'descr': '<f8', 'shape': (1, 8)}", data), "lacks"},
-      {"trailing text", file(1, "{'descr': '<f8', 'shape': (1, 8), 'fortran_order': False} + 1", data), "after the dictionary"},
+      {"trailing text", file(1, "{'descr': '<f8', 'shape': (1, 8), 'fortran_order': False} + 1", data),
+       "after the dictionary"},
       {"open string", file(1, "{'descr': '<f8", data), "does not end"},
       {"no bool", file(1, "{'descr': '<f8', 'fortran_order': None, 'shape': (1, 8)}", data), "True or False"},
       {"float32", file(1, plain_header("(1, 8)", "<f4"), data), "'<f4'"},
@@ -111,7 +118,8 @@ TEST(Npy, DamagedBytesNeverDoHarm) {
   int accepted = 0, refused = 0;
   for (int i = 0; i < 20000; ++i) {
     std::string bytes = good;
-    for (std::uint64_t k = random.below(4) + 1; k > 0; --k) bytes[random.below(100)] = static_cast<char>(random.below(256));
+    for (std::uint64_t k = random.below(4) + 1; k > 0; --k)
+      bytes[random.below(100)] = static_cast<char>(random.below(256));
     if (random.chance(4)) bytes.resize(random.below(bytes.size()));
     try {
       EXPECT_LE(parse_rays(bytes, "x").size(), 4u);
@@ -125,15 +133,18 @@ TEST(Npy, DamagedBytesNeverDoHarm) {
 }
 
 TEST(Npy, HitsAreAStructuredArray) {
-  const std::vector<NpyHit> hits = {{1.5, 2, 3, 4, 5, 0.25, 0.5}, {std::numeric_limits<double>::infinity(), -1, -1, -1, -1, 0, 0}};
+  const std::vector<NpyHit> hits = {{1.5, 2, 3, 4, 5, 0.25, 0.5},
+                                    {std::numeric_limits<double>::infinity(), -1, -1, -1, -1, 0, 0}};
   const std::string bytes = format_hits(hits);
   ASSERT_EQ(bytes.substr(0, 8), std::string("\x93NUMPY\x01\0", 8));
-  const std::size_t length = static_cast<unsigned char>(bytes[8]) | static_cast<std::size_t>(static_cast<unsigned char>(bytes[9])) << 8;
+  const std::size_t length =
+      static_cast<unsigned char>(bytes[8]) | static_cast<std::size_t>(static_cast<unsigned char>(bytes[9])) << 8;
   EXPECT_EQ((10 + length) % 64, 0u);
   EXPECT_EQ(bytes[10 + length - 1], '\n');
   const std::string header = bytes.substr(10, length);
-  EXPECT_EQ(header.find("{'descr': [('t', '<f8'), ('mesh', '<i4'), ('primitive', '<i4'), ('triangle', '<i4'), ('node', '<i4'), "
-                        "('u', '<f8'), ('v', '<f8')], 'fortran_order': False, 'shape': (2,), }"),
+  EXPECT_EQ(header.find(
+                "{'descr': [('t', '<f8'), ('mesh', '<i4'), ('primitive', '<i4'), ('triangle', '<i4'), ('node', '<i4'), "
+                "('u', '<f8'), ('v', '<f8')], 'fortran_order': False, 'shape': (2,), }"),
             0u);
   ASSERT_EQ(bytes.size(), 10 + length + 80);
   double value = 0;

@@ -45,7 +45,8 @@ class Program : public ::testing::Test {
     std::vector<char*> argv = {const_cast<char*>(RETRACE_PROGRAM)};
     for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
     argv.push_back(nullptr);
-    const std::string work = (folder_ / "work").string(), out = (folder_ / "logs/out").string(), err = (folder_ / "logs/err").string();
+    const std::string work = (folder_ / "work").string(), out = (folder_ / "logs/out").string(),
+                      err = (folder_ / "logs/err").string();
     const pid_t child = ::fork();
     if (child == 0) {
       const int out_file = ::open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
@@ -72,17 +73,22 @@ class Program : public ::testing::Test {
   fs::path work(const std::string& name) const { return folder_ / "work" / name; }
   std::vector<std::string> files() const {
     std::vector<std::string> names;
-    for (const auto& entry : fs::directory_iterator(folder_ / "work")) names.push_back(entry.path().filename().string());
+    for (const auto& entry : fs::directory_iterator(folder_ / "work"))
+      names.push_back(entry.path().filename().string());
     std::sort(names.begin(), names.end());
     return names;
   }
-  void write(const std::string& name, const std::string& bytes) { std::ofstream(work(name), std::ios::binary) << bytes; }
+  void write(const std::string& name, const std::string& bytes) {
+    std::ofstream(work(name), std::ios::binary) << bytes;
+  }
   nlohmann::json json(const std::string& name) const { return nlohmann::json::parse(text_of(work(name))); }
 
   fs::path folder_;
 };
 
-bool is_png(const std::string& bytes) { return bytes.substr(0, 8) == "\x89PNG\r\n\x1a\n" && bytes.find("IEND") != std::string::npos; }
+bool is_png(const std::string& bytes) {
+  return bytes.substr(0, 8) == "\x89PNG\r\n\x1a\n" && bytes.find("IEND") != std::string::npos;
+}
 
 TEST_F(Program, HelpTeaches) {
   for (const char* command : {"render", "compare", "trace", "pack", "info", "make-scene", "bench"}) {
@@ -175,11 +181,11 @@ TEST_F(Program, ErrorsAreOneLineAndOne) {
 }
 
 TEST_F(Program, RendersPicturesAovsAndStats) {
-  const Outcome outcome = run({"render", "box", "-o", "box.png", "--engine", "golden", "--size", "40x30", "--aov", "depth,steps,id",
-                               "--stats", "box.json"});
+  const Outcome outcome = run({"render", "box", "-o", "box.png", "--engine", "golden", "--size", "40x30", "--aov",
+                               "depth,steps,id", "--stats", "box.json"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_EQ(files(), (std::vector<std::string>{"box.depth.exr", "box.depth.png", "box.id.exr", "box.id.png", "box.json", "box.png",
-                                               "box.steps.exr", "box.steps.png"}));
+  EXPECT_EQ(files(), (std::vector<std::string>{"box.depth.exr", "box.depth.png", "box.id.exr", "box.id.png", "box.json",
+                                               "box.png", "box.steps.exr", "box.steps.png"}));
   for (const std::string& name : files()) {
     if (name.ends_with(".png")) EXPECT_TRUE(is_png(text_of(work(name)))) << name;
     EXPECT_NE(outcome.out.find("wrote " + name), std::string::npos) << name;
@@ -194,15 +200,17 @@ TEST_F(Program, RendersPicturesAovsAndStats) {
 
 TEST_F(Program, CsimRendersTheSamePicture) {
   ASSERT_EQ(run({"render", "box", "-o", "a.png", "--engine", "golden", "--size", "32x24", "--spp", "1"}).exit_code, 0);
-  ASSERT_EQ(run({"render", "box", "-o", "b.png", "--engine", "csim", "--size", "32x24", "--spp", "1", "--mailbox"}).exit_code, 0);
+  ASSERT_EQ(
+      run({"render", "box", "-o", "b.png", "--engine", "csim", "--size", "32x24", "--spp", "1", "--mailbox"}).exit_code,
+      0);
   EXPECT_TRUE(is_png(text_of(work("b.png"))));
   const auto a = fs::file_size(work("a.png")), b = fs::file_size(work("b.png"));
   EXPECT_NEAR(static_cast<double>(a), static_cast<double>(b), 0.02 * static_cast<double>(a));
 }
 
 TEST_F(Program, CompareCountsAndDraws) {
-  const Outcome outcome = run({"compare", "knot:along=60,around=12", "--engines", "golden,csim", "--size", "64x48", "-o", "d.png",
-                               "--stats", "d.json", "--way-up", "parent", "--mailbox"});
+  const Outcome outcome = run({"compare", "knot:along=60,around=12", "--engines", "golden,csim", "--size", "64x48",
+                               "-o", "d.png", "--stats", "d.json", "--way-up", "parent", "--mailbox"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
   EXPECT_NE(outcome.out.find("\n0 violations\n"), std::string::npos) << outcome.out;
   EXPECT_TRUE(is_png(text_of(work("d.png"))));
@@ -210,7 +218,9 @@ TEST_F(Program, CompareCountsAndDraws) {
   EXPECT_EQ(stats["violations"], 0);
   for (const char* kind : {"primary", "shadow"}) {
     const auto& rays = stats["rays"][kind];
-    EXPECT_EQ(rays["same"].get<int>() + rays["edge"].get<int>() + rays["depth"].get<int>() + rays["violation"].get<int>(), rays["rays"]);
+    EXPECT_EQ(
+        rays["same"].get<int>() + rays["edge"].get<int>() + rays["depth"].get<int>() + rays["violation"].get<int>(),
+        rays["rays"]);
     EXPECT_GT(rays["both_hit"], 10) << kind;
   }
   EXPECT_EQ(stats["rays"]["primary"]["rays"], 64 * 48);
@@ -225,9 +235,11 @@ TEST_F(Program, TwoFixedPointEnginesMustAgreeBitForBit) {
 TEST_F(Program, PackThenInfo) {
   ASSERT_EQ(run({"pack", "knot:along=60,around=12", "-o", "knot.rtkd"}).exit_code, 0);
   EXPECT_EQ(files(), std::vector<std::string>{"knot.rtkd"});
-  const Outcome packed = run({"info", "knot.rtkd", "--json"}), direct = run({"info", "knot:along=60,around=12", "--json"});
+  const Outcome packed = run({"info", "knot.rtkd", "--json"}),
+                direct = run({"info", "knot:along=60,around=12", "--json"});
   const auto a = nlohmann::json::parse(packed.out), b = nlohmann::json::parse(direct.out);
-  for (const char* key : {"triangles", "nodes", "leaves", "references", "sah_cost", "bytes", "depth_histogram"}) EXPECT_EQ(a[key], b[key]) << key;
+  for (const char* key : {"triangles", "nodes", "leaves", "references", "sah_cost", "bytes", "depth_histogram"})
+    EXPECT_EQ(a[key], b[key]) << key;
   EXPECT_EQ(a["bytes"], fs::file_size(work("knot.rtkd")));
   EXPECT_EQ(a["triangles"], 1440);
   EXPECT_NE(run({"info", "knot.rtkd"}).out.find("leaves by depth"), std::string::npos);
@@ -238,20 +250,24 @@ TEST_F(Program, MakeSceneWritesWhatRenderReads) {
   const Outcome made = run({"info", "knot.glb", "--json"});
   EXPECT_EQ(nlohmann::json::parse(made.out)["triangles"], 640);
   const Outcome list = run({"make-scene", "--list"});
-  for (const char* name : {"box", "room", "knot", "sphere", "needles", "none"}) EXPECT_NE(list.out.find(name), std::string::npos) << name;
+  for (const char* name : {"box", "room", "knot", "sphere", "needles", "none"})
+    EXPECT_NE(list.out.find(name), std::string::npos) << name;
 }
 
 TEST_F(Program, BenchHasTheKeysThatScriptsRead) {
-  const Outcome outcome = run({"bench", "--json", "knot:along=60,around=12", "box", "--size", "32x24", "--repeat", "1"});
+  const Outcome outcome =
+      run({"bench", "--json", "knot:along=60,around=12", "box", "--size", "32x24", "--repeat", "1"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
   ASSERT_EQ(json["scenes"].size(), 2u);
   for (const auto& scene : json["scenes"]) {
-    for (const char* key : {"name", "triangles", "build_s", "image_bytes", "golden_rays_s", "csim_rays_s", "embree_rays_s", "per_ray"}) {
+    for (const char* key :
+         {"name", "triangles", "build_s", "image_bytes", "golden_rays_s", "csim_rays_s", "embree_rays_s", "per_ray"}) {
       EXPECT_TRUE(scene.contains(key)) << key;
     }
     for (const char* way : {"stack", "parent", "face"}) {
-      for (const char* key : {"down", "up", "leaf", "tests", "tests_mailbox"}) EXPECT_TRUE(scene["per_ray"][way][key].is_number()) << way << key;
+      for (const char* key : {"down", "up", "leaf", "tests", "tests_mailbox"})
+        EXPECT_TRUE(scene["per_ray"][way][key].is_number()) << way << key;
     }
     EXPECT_EQ(scene["per_ray"]["stack"]["tests"], scene["per_ray"]["face"]["tests"]);
     EXPECT_GT(scene["per_ray"]["parent"]["up"], 0);
@@ -275,7 +291,8 @@ std::string rays_file(const std::vector<NpyRay>& rays) {
 }
 
 std::vector<NpyHit> hits_of(const std::string& bytes) {
-  const std::size_t start = 10 + (static_cast<unsigned char>(bytes[8]) | static_cast<std::size_t>(static_cast<unsigned char>(bytes[9])) << 8);
+  const std::size_t start =
+      10 + (static_cast<unsigned char>(bytes[8]) | static_cast<std::size_t>(static_cast<unsigned char>(bytes[9])) << 8);
   std::vector<NpyHit> hits((bytes.size() - start) / sizeof(NpyHit));
   std::memcpy(hits.data(), bytes.data() + start, hits.size() * sizeof(NpyHit));
   return hits;
@@ -299,13 +316,13 @@ TEST_F(Program, TraceReportsIndicesAndBarycentricsOfTheFile) {
   write("scene.gltf", instanced_gltf());
   const double inf = INFINITY;
   write("rays.npy", rays_file({
-                        {1, 0.5, 7, 0, 0, 0, -1, inf},       // the instance in place
-                        {11, 0.5, 7, 0, 0, 0, -2, inf},      // the moved one, t in lengths of the direction
-                        {1, 0.5, -3, 0, 0, 0, -0.5, inf},    // mesh 0, behind
-                        {3.9, 1.9, 7, 0, 0, 0, -1, inf},     // beside all
-                        {1, 0.5, 7, 8, 0, 0, -1, inf},       // t_min behind the first: the second
-                        {1, 0.5, 7, 0, 0, 0, -1, 6.5},       // t_max in front
-                        {1e6, 0, 0, 0, 0, 1, 0, inf},        // far away
+                        {1, 0.5, 7, 0, 0, 0, -1, inf},     // the instance in place
+                        {11, 0.5, 7, 0, 0, 0, -2, inf},    // the moved one, t in lengths of the direction
+                        {1, 0.5, -3, 0, 0, 0, -0.5, inf},  // mesh 0, behind
+                        {3.9, 1.9, 7, 0, 0, 0, -1, inf},   // beside all
+                        {1, 0.5, 7, 8, 0, 0, -1, inf},     // t_min behind the first: the second
+                        {1, 0.5, 7, 0, 0, 0, -1, 6.5},     // t_max in front
+                        {1e6, 0, 0, 0, 0, 1, 0, inf},      // far away
                     }));
   for (const char* engine : {"golden", "csim"}) {
     const Outcome outcome = run({"trace", "scene.gltf", "-i", "rays.npy", "-o", "hits.npy", "--engine", engine});
@@ -338,7 +355,8 @@ TEST_F(Program, TraceReportsIndicesAndBarycentricsOfTheFile) {
     EXPECT_NEAR(hits[4].t, 12, 1e-5);
     EXPECT_EQ(hits[4].node, 0);
 
-    ASSERT_EQ(run({"trace", "scene.gltf", "-i", "rays.npy", "-o", "any.npy", "--engine", engine, "--any"}).exit_code, 0);
+    ASSERT_EQ(run({"trace", "scene.gltf", "-i", "rays.npy", "-o", "any.npy", "--engine", engine, "--any"}).exit_code,
+              0);
     const std::vector<NpyHit> any = hits_of(text_of(work("any.npy")));
     for (std::size_t i = 0; i < hits.size(); ++i) EXPECT_EQ(std::isinf(any[i].t), std::isinf(hits[i].t)) << i;
   }

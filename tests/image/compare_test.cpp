@@ -10,7 +10,7 @@
 namespace retrace {
 namespace {
 
-constexpr int kHalf = 1 << 22;                ///< half the size of the triangles, codes
+constexpr int kHalf = 1 << 22;  ///< half the size of the triangles, codes
 constexpr double kUlp = 0x1p-24;
 constexpr std::int32_t kAhead = (1 << 26) - 1;  ///< direction code of +z
 
@@ -108,7 +108,8 @@ TEST(Exact, AgreesWithBarycentrics) {
     const glm::dvec3 a(triangle.vertices[0]), b(triangle.vertices[1]), c(triangle.vertices[2]);
     const glm::dvec3 target = a * (1 - u - v) + b * u + c * v;
     GridRay ray;
-    for (int axis = 0; axis < 3; ++axis) ray.record.origin[axis] = static_cast<int>(random.integer(-(1 << 24), 1 << 24));
+    for (int axis = 0; axis < 3; ++axis)
+      ray.record.origin[axis] = static_cast<int>(random.integer(-(1 << 24), 1 << 24));
     const glm::dvec3 to = target - glm::dvec3(ray.record.origin[0], ray.record.origin[1], ray.record.origin[2]);
     for (int axis = 0; axis < 3; ++axis) {
       ray.record.direction[axis] = static_cast<int>(std::lround(glm::normalize(to)[axis] * kAhead));
@@ -229,7 +230,9 @@ TEST(Compare, EndsOfTheRay) {
 }
 
 TEST(Compare, GrazingIsCountedApart) {
-  GridTriangle steep{{GridPoint(-kHalf, -kHalf, -kHalf), GridPoint(-kHalf + 4096, -kHalf, kHalf), GridPoint(-kHalf, kHalf, -kHalf)}, 0};
+  GridTriangle steep{
+      {GridPoint(-kHalf, -kHalf, -kHalf), GridPoint(-kHalf + 4096, -kHalf, kHalf), GridPoint(-kHalf, kHalf, -kHalf)},
+      0};
   const GridScene scene = scene_of({steep});
   const GridRay ray = ray_at(-kHalf + 1000, -kHalf / 2);
   const auto e = intersect_exactly(ray.record, steep);
@@ -248,7 +251,8 @@ TEST(Compare, AnyHit) {
   EXPECT_EQ(comparator.compare(ray, first, second).agreement, Agreement::kSame);  // which one is found is free
   EXPECT_EQ(comparator.compare(ray, first, kMiss).agreement, Agreement::kViolation);
   EXPECT_EQ(comparator.compare(ray, kMiss, second).agreement, Agreement::kViolation);
-  EXPECT_EQ(comparator.compare(ray, first, hit_of(1, 0.25)).agreement, Agreement::kViolation);  // reported where it is not
+  EXPECT_EQ(comparator.compare(ray, first, hit_of(1, 0.25)).agreement,
+            Agreement::kViolation);  // reported where it is not
   EXPECT_EQ(comparator.compare(close, kMiss, hit_of(0, exact_t(scene, close, 0))).agreement, Agreement::kEdge);
   EXPECT_EQ(comparator.compare(close, hit_of(0, exact_t(scene, close, 0)), kMiss).agreement, Agreement::kEdge);
   EXPECT_EQ(comparator.compare(close, kMiss, kMiss).agreement, Agreement::kSame);

@@ -1,8 +1,8 @@
 // Rasters, colour and files: what is written is what was meant, whole or not at all.
 #include "golden/image/raster.hpp"
 
-#include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
+#include <OpenImageIO/imageio.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -25,7 +25,9 @@ class Files : public ::testing::Test {
     fs::create_directories(folder_);
   }
   void TearDown() override { fs::remove_all(folder_); }
-  std::size_t entries() const { return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator())); }
+  std::size_t entries() const {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
+  }
   static std::string text_of(const fs::path& path) {
     std::ifstream file(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(file), {}};
@@ -114,7 +116,8 @@ TEST_F(RasterFiles, PngHoldsEightBitColours) {
 
 TEST_F(RasterFiles, ExrHoldsFloatsExactly) {
   Raster raster(31, 17, 1);
-  for (std::size_t i = 0; i < raster.data.size(); ++i) raster.data[i] = std::ldexp(static_cast<float>(i) - 200.0f, static_cast<int>(i % 60) - 30);
+  for (std::size_t i = 0; i < raster.data.size(); ++i)
+    raster.data[i] = std::ldexp(static_cast<float>(i) - 200.0f, static_cast<int>(i % 60) - 30);
   raster.data[5] = std::numeric_limits<float>::infinity();
   OutputFile file(folder_ / "depth.exr");
   write_raster(file, raster, {"Z"});

@@ -95,7 +95,8 @@ struct Squares {
     Node node;
     const glm::dvec3 back = glm::normalize(from), right = glm::normalize(glm::cross(glm::dvec3(0, 1, 0.1), back));
     node.has_matrix = true;
-    node.matrix = glm::dmat4(glm::dvec4(right, 0), glm::dvec4(glm::cross(back, right), 0), glm::dvec4(back, 0), glm::dvec4(0, 0, 0, 1));
+    node.matrix = glm::dmat4(glm::dvec4(right, 0), glm::dvec4(glm::cross(back, right), 0), glm::dvec4(back, 0),
+                             glm::dvec4(0, 0, 0, 1));
     node.light = static_cast<std::uint32_t>(scene.lights.size());
     scene.lights.push_back(light);
     scene.roots.push_back(static_cast<std::uint32_t>(scene.nodes.size()));
@@ -264,13 +265,15 @@ TEST(Renderer, FixedPointPicturesLookTheSame) {
     for (int x = 0; x < 64; ++x) {
       const std::size_t i = static_cast<std::size_t>(y * 64 + x);
       different += a.id[i] != b.id[i];
-      worst = std::max(worst, static_cast<double>(std::fabs(luminance(a.color.rgb(x, y)) - luminance(b.color.rgb(x, y)))));
+      worst =
+          std::max(worst, static_cast<double>(std::fabs(luminance(a.color.rgb(x, y)) - luminance(b.color.rgb(x, y)))));
     }
   }
   EXPECT_LE(different, 3);
   EXPECT_LT(worst, 0.05);
   // The walks are the same up to rounding, so the work is nearly the same.
-  EXPECT_NEAR(static_cast<double>(a.camera.tests), static_cast<double>(b.camera.tests), 0.01 * static_cast<double>(a.camera.tests));
+  EXPECT_NEAR(static_cast<double>(a.camera.tests), static_cast<double>(b.camera.tests),
+              0.01 * static_cast<double>(a.camera.tests));
 }
 
 TEST(Renderer, SupersamplingCoversPartly) {

@@ -134,7 +134,8 @@ TEST(SurfacePoints, UnknownTrianglesAreAnError) {
   model.finish();
   const Surfaces surfaces(model.scene, model.world, model.grid);
   EXPECT_NO_THROW(surfaces.at(hit_of(0, 0.1, 0.1), {0, 0, -1}));
-  for (const std::uint32_t id : {1u, 2u, 0xffffffffu}) EXPECT_THROW(surfaces.at(hit_of(id, 0.1, 0.1), {0, 0, -1}), Error) << id;
+  for (const std::uint32_t id : {1u, 2u, 0xffffffffu})
+    EXPECT_THROW(surfaces.at(hit_of(id, 0.1, 0.1), {0, 0, -1}), Error) << id;
 }
 
 TEST(SurfacePoints, NormalsTurnTowardsTheRay) {
@@ -144,7 +145,8 @@ TEST(SurfacePoints, NormalsTurnTowardsTheRay) {
   model.scene.materials[0].emissive = glm::vec3(1.0f);
   model.finish();
   const Surfaces surfaces(model.scene, model.world, model.grid);
-  const SurfacePoint front = surfaces.at(hit_of(0, 0.2, 0.2), {0, 0, -1}), back = surfaces.at(hit_of(0, 0.2, 0.2), {0, 0, 1});
+  const SurfacePoint front = surfaces.at(hit_of(0, 0.2, 0.2), {0, 0, -1}),
+                     back = surfaces.at(hit_of(0, 0.2, 0.2), {0, 0, 1});
   EXPECT_NEAR(front.geometric.z, 1, 1e-12);
   EXPECT_NEAR(front.normal.x, 0.2 / std::sqrt(1.04), 1e-6);
   EXPECT_NEAR(back.geometric.z, -1, 1e-12);
@@ -220,7 +222,8 @@ TEST(Skies, AverageIsTheMeanOverTheHemisphere) {
   for (const glm::dvec3 n : {glm::dvec3(0, 1, 0), glm::dvec3(1, 0, 0), glm::normalize(glm::dvec3(1, -1, 2))}) {
     glm::vec3 sum(0.0f);
     constexpr int kCount = 4096;
-    for (std::uint32_t i = 0; i < kCount; ++i) sum += sky.radiance(to_cosine_hemisphere(sample_2d(i, 3), n)) / float(kCount);
+    for (std::uint32_t i = 0; i < kCount; ++i)
+      sum += sky.radiance(to_cosine_hemisphere(sample_2d(i, 3), n)) / float(kCount);
     EXPECT_LT(glm::length(sum - sky.average(n)), 2e-3f);
   }
 }

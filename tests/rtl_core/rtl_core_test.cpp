@@ -22,7 +22,8 @@ using cosim::CoreMode;
 using cosim::MemoryOptions;
 using cosim::SimulatedDevice;
 
-constexpr std::uint64_t kPatience = 20000000;  // clocks; more than any of these runs takes, so that a hang ends the test
+constexpr std::uint64_t kPatience =
+    20000000;  // clocks; more than any of these runs takes, so that a hang ends the test
 
 constexpr int kWidth = 32, kHeight = 24;  // of a frame
 
@@ -46,7 +47,8 @@ const Prepared& prepared(const std::string& name) {
   for (int any = 0; any < 2; ++any)
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; x += 1 + any)
-        p.primary.push_back(quantise(view.ray(x + 0.5, y + 0.5, kWidth, kHeight), p.grid.transform, p.grid.box, any != 0));
+        p.primary.push_back(
+            quantise(view.ray(x + 0.5, y + 0.5, kWidth, kHeight), p.grid.transform, p.grid.box, any != 0));
   Random random(test_seed());
   p.awkward = make_test_rays(p.grid, p.image, 700, random);
   return p;
@@ -64,7 +66,8 @@ std::vector<GridRay> only_inside(std::span<const GridRay> rays) {
   return inside;
 }
 
-std::vector<std::uint64_t> csim_hits(std::span<const std::uint64_t> image, std::span<const GridRay> rays, const TraceOptions& options) {
+std::vector<std::uint64_t> csim_hits(std::span<const std::uint64_t> image, std::span<const GridRay> rays,
+                                     const TraceOptions& options) {
   auto csim = make_csim_engine(image);
   std::vector<Hit> hits(rays.size());
   csim->trace(rays, hits, {}, options);
@@ -120,34 +123,41 @@ TEST_P(RtlFrame, EqualsKernelInEveryByte) {
     for (std::size_t i = 0; i < rays->size(); ++i) {
       if (raw[2 * i] == expected[2 * i] && raw[2 * i + 1] == expected[2 * i + 1]) continue;
       if (++differ <= 3)
-        ADD_FAILURE() << "ray " << i << ": " << std::hex << raw[2 * i] << ' ' << raw[2 * i + 1] << ", kernel " << expected[2 * i] << ' '
-                      << expected[2 * i + 1];
+        ADD_FAILURE() << "ray " << i << ": " << std::hex << raw[2 * i] << ' ' << raw[2 * i + 1] << ", kernel "
+                      << expected[2 * i] << ' ' << expected[2 * i + 1];
     }
     EXPECT_EQ(differ, 0u);
     const auto status = rtl->status();
     EXPECT_TRUE(status.done);
     EXPECT_FALSE(status.write_fault);
-    EXPECT_EQ(status.ray_fault, std::any_of(hits.begin(), hits.end(), [](const Hit& h) { return h.status > contract::kStatusHit; }));
+    EXPECT_EQ(status.ray_fault,
+              std::any_of(hits.begin(), hits.end(), [](const Hit& h) { return h.status > contract::kStatusHit; }));
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Frames, RtlFrame,
-    testing::Values(Frame{"room:detail=0.02", "ecp5", WayUp::kFaceLinks, false, false},
-                    Frame{"room:detail=0.02", "ecp5", WayUp::kParentLinks, true, true},
-                    Frame{"room:detail=0.02", "small", WayUp::kFaceLinks, true, true},
-                    Frame{"room:detail=0.02", "wide", WayUp::kParentLinks, false, true},
-                    Frame{"knot", "small", WayUp::kParentLinks, false, true}, Frame{"knot", "ecp5x128", WayUp::kFaceLinks, false, true},
-                    Frame{"knot", "wide", WayUp::kFaceLinks, true, false}, Frame{"needles", "ecp5", WayUp::kFaceLinks, false, true},
-                    Frame{"slivers", "ecp5", WayUp::kParentLinks, false, true}, Frame{"coincident", "wide", WayUp::kFaceLinks, false, true},
-                    Frame{"coincident", "ecp5", WayUp::kParentLinks, true, true}, Frame{"degenerate", "small", WayUp::kFaceLinks, false, true},
-                    Frame{"one", "ecp5", WayUp::kParentLinks, false, true}, Frame{"none", "ecp5", WayUp::kFaceLinks, false, true}),
-    [](const auto& info) {
-      const Frame& f = info.param;
-      std::string name = std::string(f.scene).substr(0, std::string(f.scene).find(':')) + "_" + f.configuration +
-                         (f.way_up == WayUp::kParentLinks ? "_parent" : "_face") + (f.mailbox ? "_mailbox" : "") + (f.hostile ? "_hostile" : "");
-      return name;
-    });
+INSTANTIATE_TEST_SUITE_P(Frames, RtlFrame,
+                         testing::Values(Frame{"room:detail=0.02", "ecp5", WayUp::kFaceLinks, false, false},
+                                         Frame{"room:detail=0.02", "ecp5", WayUp::kParentLinks, true, true},
+                                         Frame{"room:detail=0.02", "small", WayUp::kFaceLinks, true, true},
+                                         Frame{"room:detail=0.02", "wide", WayUp::kParentLinks, false, true},
+                                         Frame{"knot", "small", WayUp::kParentLinks, false, true},
+                                         Frame{"knot", "ecp5x128", WayUp::kFaceLinks, false, true},
+                                         Frame{"knot", "wide", WayUp::kFaceLinks, true, false},
+                                         Frame{"needles", "ecp5", WayUp::kFaceLinks, false, true},
+                                         Frame{"slivers", "ecp5", WayUp::kParentLinks, false, true},
+                                         Frame{"coincident", "wide", WayUp::kFaceLinks, false, true},
+                                         Frame{"coincident", "ecp5", WayUp::kParentLinks, true, true},
+                                         Frame{"degenerate", "small", WayUp::kFaceLinks, false, true},
+                                         Frame{"one", "ecp5", WayUp::kParentLinks, false, true},
+                                         Frame{"none", "ecp5", WayUp::kFaceLinks, false, true}),
+                         [](const auto& info) {
+                           const Frame& f = info.param;
+                           std::string name = std::string(f.scene).substr(0, std::string(f.scene).find(':')) + "_" +
+                                              f.configuration +
+                                              (f.way_up == WayUp::kParentLinks ? "_parent" : "_face") +
+                                              (f.mailbox ? "_mailbox" : "") + (f.hostile ? "_hostile" : "");
+                           return name;
+                         });
 
 // ------------------------------------------------------------------------------------------------ the device by itself
 
@@ -235,8 +245,10 @@ TEST_F(RtlCore, RaysThatCannotBeTraced) {
   rays[9].record.origin[1] = scene_.grid.box[3] + 1;
   const auto result = run(rays);
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    if (i == 7 || i == 9) EXPECT_EQ(status_of(result, i), static_cast<std::uint32_t>(contract::kStatusBadRay));
-    else EXPECT_TRUE(std::equal(&result[2 * i], &result[2 * i] + 2, &expected_[2 * i])) << "ray " << i;
+    if (i == 7 || i == 9)
+      EXPECT_EQ(status_of(result, i), static_cast<std::uint32_t>(contract::kStatusBadRay));
+    else
+      EXPECT_TRUE(std::equal(&result[2 * i], &result[2 * i] + 2, &expected_[2 * i])) << "ray " << i;
   }
   const auto status = driver_.status();
   EXPECT_TRUE(status.ray_fault);
@@ -281,8 +293,9 @@ TEST_F(RtlCore, HeaderThatCannotBeUsed) {
   bad = header;
   bad.version += 1;
   EXPECT_EQ(attempt(bad, header.lines), 1);
-  for (auto field : {&contract::HeaderRecord::pair_offset, &contract::HeaderRecord::leaf_offset, &contract::HeaderRecord::list_offset,
-                     &contract::HeaderRecord::triangle_offset, &contract::HeaderRecord::pair_count, &contract::HeaderRecord::leaf_count,
+  for (auto field : {&contract::HeaderRecord::pair_offset, &contract::HeaderRecord::leaf_offset,
+                     &contract::HeaderRecord::list_offset, &contract::HeaderRecord::triangle_offset,
+                     &contract::HeaderRecord::pair_count, &contract::HeaderRecord::leaf_count,
                      &contract::HeaderRecord::list_count, &contract::HeaderRecord::triangle_count}) {
     bad = header;
     bad.*field = 0xffffffff;
@@ -306,7 +319,8 @@ TEST_F(RtlCore, CorruptImagesEndLikeTheKernel) {
     std::vector<std::uint64_t> words(scene_.image.words().begin(), scene_.image.words().end());
     header.pack(words.data());
     // Whole sections and single words, random bits and bit flips; the lower parts of the tree are as likely to be met as the upper ones.
-    const std::uint64_t sections[] = {header.pair_offset, header.leaf_offset, header.list_offset, header.triangle_offset, header.lines};
+    const std::uint64_t sections[] = {header.pair_offset, header.leaf_offset, header.list_offset,
+                                      header.triangle_offset, header.lines};
     const int section = round % 4;
     const std::uint64_t begin = 8 * sections[section], end = 8 * sections[section + 1];
     if (end <= begin) continue;
@@ -352,8 +366,11 @@ TEST_F(RtlCore, ReadErrorsEndOnlyTheRaysThatMeetThem) {
     }
     std::size_t hurt = 0;
     for (std::size_t i = 0; i < rays.size(); ++i) {
-      if (status_of(result, i) == static_cast<std::uint32_t>(contract::kStatusBusError)) ++hurt;
-      else EXPECT_TRUE(std::equal(&result[2 * i], &result[2 * i] + 2, &expected_[2 * i])) << "burst " << errors.read_burst << " ray " << i;
+      if (status_of(result, i) == static_cast<std::uint32_t>(contract::kStatusBusError))
+        ++hurt;
+      else
+        EXPECT_TRUE(std::equal(&result[2 * i], &result[2 * i] + 2, &expected_[2 * i]))
+            << "burst " << errors.read_burst << " ray " << i;
     }
     EXPECT_EQ(status.ray_fault, hurt > 0);
     if (hurt > 0) {
@@ -376,8 +393,10 @@ TEST_F(RtlCore, WriteErrorsNameTheRay) {
   const auto status = driver_.status();
   ASSERT_TRUE(status.write_fault);
   for (std::size_t i = 0; i < rays_.size(); ++i) {
-    if (i == status.write_fault_ray) EXPECT_EQ(result[2 * i], CoreDriver::kUnwritten);
-    else EXPECT_TRUE(std::equal(&result[2 * i], &result[2 * i] + 2, &expected_[2 * i])) << "ray " << i;
+    if (i == status.write_fault_ray)
+      EXPECT_EQ(result[2 * i], CoreDriver::kUnwritten);
+    else
+      EXPECT_TRUE(std::equal(&result[2 * i], &result[2 * i] + 2, &expected_[2 * i])) << "ray " << i;
   }
   device_.memory().arm({});
   EXPECT_EQ(run(rays_), expected_);

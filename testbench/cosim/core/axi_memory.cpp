@@ -14,7 +14,8 @@ constexpr std::size_t kMostReads = 512, kMostWrites = 64, kMostViolations = 20;
 
 }  // namespace
 
-AxiMemory::AxiMemory(int data_bytes, const MemoryOptions& options) : data_bytes_(data_bytes), options_(options), random_(options.seed) {
+AxiMemory::AxiMemory(int data_bytes, const MemoryOptions& options)
+    : data_bytes_(data_bytes), options_(options), random_(options.seed) {
   set_options(options);
   drive();
 }
@@ -59,26 +60,33 @@ std::uint64_t AxiMemory::latency() {
   return static_cast<std::uint64_t>(random_.integer(options_.latency_min, options_.latency_max));
 }
 
-void AxiMemory::check_address(const char* channel, std::uint64_t address, std::uint32_t len, std::uint32_t size, std::uint32_t burst) {
+void AxiMemory::check_address(const char* channel, std::uint64_t address, std::uint32_t len, std::uint32_t size,
+                              std::uint32_t burst) {
   const std::string name = channel;
   if (burst != kIncr) violation(name + ": burst is not INCR");
   if (1u << size != static_cast<std::uint32_t>(data_bytes_)) violation(name + ": size is not the width of the bus");
   if (len > 255) violation(name + ": more than 256 beats");
   if (address % data_bytes_ != 0) violation(name + ": address is not aligned to the bus");
-  if (address % kBoundary + (len + 1) * static_cast<std::uint64_t>(data_bytes_) > kBoundary) violation(name + ": burst crosses 4 KB");
+  if (address % kBoundary + (len + 1) * static_cast<std::uint64_t>(data_bytes_) > kBoundary)
+    violation(name + ": burst crosses 4 KB");
 }
 
 void AxiMemory::accept(const AxiMasterSignals& m) {
   if (before_valid_) {
     const auto held = [&](const char* channel, bool was, bool ready, bool is, bool same) {
       if (!was || ready) return;
-      if (!is) violation(std::string(channel) + ": valid dropped before it was accepted");
-      else if (!same) violation(std::string(channel) + ": payload changed before it was accepted");
+      if (!is)
+        violation(std::string(channel) + ": valid dropped before it was accepted");
+      else if (!same)
+        violation(std::string(channel) + ": payload changed before it was accepted");
     };
     // before_ holds what was offered in the clock before and not taken then.
-    held("AR", before_.ar_valid, false, m.ar_valid, m.ar_id == before_.ar_id && m.ar_addr == before_.ar_addr && m.ar_len == before_.ar_len);
-    held("AW", before_.aw_valid, false, m.aw_valid, m.aw_id == before_.aw_id && m.aw_addr == before_.aw_addr && m.aw_len == before_.aw_len);
-    held("W", before_.w_valid, false, m.w_valid, m.w_data == before_.w_data && m.w_last == before_.w_last && m.w_strb == before_.w_strb);
+    held("AR", before_.ar_valid, false, m.ar_valid,
+         m.ar_id == before_.ar_id && m.ar_addr == before_.ar_addr && m.ar_len == before_.ar_len);
+    held("AW", before_.aw_valid, false, m.aw_valid,
+         m.aw_id == before_.aw_id && m.aw_addr == before_.aw_addr && m.aw_len == before_.aw_len);
+    held("W", before_.w_valid, false, m.w_valid,
+         m.w_data == before_.w_data && m.w_last == before_.w_last && m.w_strb == before_.w_strb);
   }
   before_ = m;
   before_.ar_valid = m.ar_valid && !out_.ar_ready;
@@ -152,7 +160,8 @@ void AxiMemory::drive() {
     if (chosen != reads_.end()) {
       Read& read = *chosen;
       const std::uint64_t address = read.address + read.beat * static_cast<std::uint64_t>(data_bytes_);
-      const bool hurt = (read.number == errors_.read_burst && (errors_.read_beat < 0 || errors_.read_beat == static_cast<int>(read.beat))) ||
+      const bool hurt = (read.number == errors_.read_burst &&
+                         (errors_.read_beat < 0 || errors_.read_beat == static_cast<int>(read.beat))) ||
                         (address >= errors_.bad_begin && address < errors_.bad_end);
       out_.r_valid = true;
       out_.r_id = read.id;

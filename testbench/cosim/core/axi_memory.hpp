@@ -27,11 +27,11 @@ struct MemoryOptions {
 
 /// What goes wrong on purpose. Bursts are counted from the last arm().
 struct ErrorInjection {
-  std::int64_t read_burst = -1;   ///< number of the read burst that is answered with an error; -1 none
-  int read_beat = -1;             ///< only this beat of it; -1 all
+  std::int64_t read_burst = -1;  ///< number of the read burst that is answered with an error; -1 none
+  int read_beat = -1;            ///< only this beat of it; -1 all
   std::int64_t write_burst = -1;
   std::uint64_t bad_begin = 0, bad_end = 0;  ///< reads in [bad_begin, bad_end) are errors
-  bool decode_error = false;      ///< DECERR instead of SLVERR
+  bool decode_error = false;                 ///< DECERR instead of SLVERR
 };
 
 class AxiMemory {
@@ -51,7 +51,10 @@ class AxiMemory {
   void arm(const ErrorInjection& errors);
   void set_options(const MemoryOptions& options);
   /// Nothing asked for and not answered.
-  bool idle() const { return reads_.empty() && writes_.empty() && answers_.empty() && write_words_.empty() && !out_.r_valid && !out_.b_valid; }
+  bool idle() const {
+    return reads_.empty() && writes_.empty() && answers_.empty() && write_words_.empty() && !out_.r_valid &&
+           !out_.b_valid;
+  }
   /// Rules the master has broken, first ones first; empty is good.
   const std::vector<std::string>& violations() const { return violations_; }
   std::uint64_t read_bursts() const { return read_bursts_; }
@@ -86,10 +89,13 @@ class AxiMemory {
     bool last;
   };
   void violation(const std::string& what);
-  void check_address(const char* channel, std::uint64_t address, std::uint32_t len, std::uint32_t size, std::uint32_t burst);
+  void check_address(const char* channel, std::uint64_t address, std::uint32_t len, std::uint32_t size,
+                     std::uint32_t burst);
   bool inside(std::uint64_t address, std::uint64_t bytes) const;
   std::uint64_t latency();
-  bool stalled() { return options_.stall_percent > 0 && random_.below(100) < static_cast<unsigned>(options_.stall_percent); }
+  bool stalled() {
+    return options_.stall_percent > 0 && random_.below(100) < static_cast<unsigned>(options_.stall_percent);
+  }
   void accept(const AxiMasterSignals& m);
   void finish_writes();
   void drive();

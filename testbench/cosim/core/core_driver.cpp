@@ -14,18 +14,33 @@ namespace {
 constexpr std::uint32_t kPollLimit = 1000000;
 #define RT_OFFSET(name) static_cast<std::uint32_t>(offsetof(rt_regs_t, name))
 
-std::uint32_t field(std::uint32_t value, std::uint32_t mask, std::uint32_t position) { return (value & mask) >> position; }
+std::uint32_t field(std::uint32_t value, std::uint32_t mask, std::uint32_t position) {
+  return (value & mask) >> position;
+}
 #define RT_FIELD(value, name) field(value, RT_REGS__##name##_bm, RT_REGS__##name##_bp)
 
 }  // namespace
 
 void CoreCounters::add(const CoreCounters& o) {
-  std::uint64_t CoreCounters::*const plain[] = {
-      &CoreCounters::clocks,      &CoreCounters::rays,        &CoreCounters::faults,        &CoreCounters::down,
-      &CoreCounters::up,          &CoreCounters::leaf,        &CoreCounters::tests,         &CoreCounters::skipped,
-      &CoreCounters::node_hits,   &CoreCounters::node_misses, &CoreCounters::leaf_hits,     &CoreCounters::leaf_misses,
-      &CoreCounters::list_hits,   &CoreCounters::list_misses, &CoreCounters::triangle_hits, &CoreCounters::triangle_misses,
-      &CoreCounters::read_beats,  &CoreCounters::write_beats, &CoreCounters::context_clocks};
+  std::uint64_t CoreCounters::*const plain[] = {&CoreCounters::clocks,
+                                                &CoreCounters::rays,
+                                                &CoreCounters::faults,
+                                                &CoreCounters::down,
+                                                &CoreCounters::up,
+                                                &CoreCounters::leaf,
+                                                &CoreCounters::tests,
+                                                &CoreCounters::skipped,
+                                                &CoreCounters::node_hits,
+                                                &CoreCounters::node_misses,
+                                                &CoreCounters::leaf_hits,
+                                                &CoreCounters::leaf_misses,
+                                                &CoreCounters::list_hits,
+                                                &CoreCounters::list_misses,
+                                                &CoreCounters::triangle_hits,
+                                                &CoreCounters::triangle_misses,
+                                                &CoreCounters::read_beats,
+                                                &CoreCounters::write_beats,
+                                                &CoreCounters::context_clocks};
   for (auto member : plain) this->*member += o.*member;
   UnitClocks CoreCounters::*const units[] = {&CoreCounters::lanes, &CoreCounters::leaf_unit, &CoreCounters::references,
                                              &CoreCounters::tri_test, &CoreCounters::bus};
@@ -37,11 +52,12 @@ void CoreCounters::add(const CoreCounters& o) {
 }
 
 CoreDriver::CoreDriver(Device& device) : device_(device) {
-  if (device.read_register(RT_OFFSET(id)) != RT_REGS__ID__VALUE_reset) throw Error("rtl core: no Retrace core behind these registers");
+  if (device.read_register(RT_OFFSET(id)) != RT_REGS__ID__VALUE_reset)
+    throw Error("rtl core: no Retrace core behind these registers");
   const std::uint32_t version = device.read_register(RT_OFFSET(version));
   if (RT_FIELD(version, VERSION__CORE) != RT_REGS__VERSION__CORE_reset)
-    throw Error("rtl core: register map of version " + std::to_string(RT_FIELD(version, VERSION__CORE)) + ", expected " +
-                std::to_string(RT_REGS__VERSION__CORE_reset));
+    throw Error("rtl core: register map of version " + std::to_string(RT_FIELD(version, VERSION__CORE)) +
+                ", expected " + std::to_string(RT_REGS__VERSION__CORE_reset));
   if (RT_FIELD(version, VERSION__IMAGE) != static_cast<std::uint32_t>(contract::kImageVersion))
     throw Error("rtl core: reads memory images of another version");
   const std::uint32_t build = device.read_register(RT_OFFSET(build));
@@ -55,7 +71,8 @@ void CoreDriver::load(std::span<const std::uint64_t> image_words, std::uint64_t 
   device_.release_all();
   image_lines_ = image_words.size() / 8;
   image_address_ = device_.allocate(std::max<std::uint64_t>(image_words.size() * 8, 64));
-  ray_address_ = device_.allocate((most_rays + ray_offset) * contract::kRayBytes + 8) + ray_offset * contract::kRayBytes;
+  ray_address_ =
+      device_.allocate((most_rays + ray_offset) * contract::kRayBytes + 8) + ray_offset * contract::kRayBytes;
   hit_address_ = device_.allocate(most_rays * contract::kHitBytes + 8);
   most_rays_ = most_rays;
   device_.write_memory(image_address_, image_words);
@@ -90,10 +107,11 @@ void CoreDriver::wait(std::uint64_t most_clocks, const std::function<void(std::u
     if (progress) progress(device_.read_register(RT_OFFSET(rays)));
     if (device_.clocks() > limit) {
       const CoreCounters c = counters();
-      throw Error("rtl core: not done after " + std::to_string(most_clocks) + " clocks: " + std::to_string(c.rays) + " of " +
-                  std::to_string(rays_) + " rays finished, " + std::to_string(c.down) + " steps down, " + std::to_string(c.leaf) + " leaves, " +
-                  std::to_string(c.tests) + " tests, misses " + std::to_string(c.node_misses) + " node " + std::to_string(c.leaf_misses) +
-                  " leaf " + std::to_string(c.list_misses) + " list " + std::to_string(c.triangle_misses) + " triangle, " +
+      throw Error("rtl core: not done after " + std::to_string(most_clocks) + " clocks: " + std::to_string(c.rays) +
+                  " of " + std::to_string(rays_) + " rays finished, " + std::to_string(c.down) + " steps down, " +
+                  std::to_string(c.leaf) + " leaves, " + std::to_string(c.tests) + " tests, misses " +
+                  std::to_string(c.node_misses) + " node " + std::to_string(c.leaf_misses) + " leaf " +
+                  std::to_string(c.list_misses) + " list " + std::to_string(c.triangle_misses) + " triangle, " +
                   std::to_string(c.read_beats) + " beats read");
     }
   }
@@ -139,7 +157,7 @@ CoreCounters CoreDriver::counters() {
   RT_COUNTER(write_beats);
   RT_COUNTER(context_clocks);
 #undef RT_COUNTER
-#define RT_UNIT(member, name)                                       \
+#define RT_UNIT(member, name)                                          \
   c.member.busy = device_.read_register(RT_OFFSET(name##_busy));       \
   c.member.starved = device_.read_register(RT_OFFSET(name##_starved)); \
   c.member.blocked = device_.read_register(RT_OFFSET(name##_blocked))

@@ -28,8 +28,8 @@ struct UnitClocks {
 
 struct CoreCounters {
   std::uint64_t clocks = 0, rays = 0, faults = 0, down = 0, up = 0, leaf = 0, tests = 0, skipped = 0;
-  std::uint64_t node_hits = 0, node_misses = 0, leaf_hits = 0, leaf_misses = 0, list_hits = 0, list_misses = 0, triangle_hits = 0,
-                triangle_misses = 0, read_beats = 0, write_beats = 0, context_clocks = 0;
+  std::uint64_t node_hits = 0, node_misses = 0, leaf_hits = 0, leaf_misses = 0, list_hits = 0, list_misses = 0,
+                triangle_hits = 0, triangle_misses = 0, read_beats = 0, write_beats = 0, context_clocks = 0;
   UnitClocks lanes, leaf_unit, references, tri_test, bus;
 
   std::uint64_t node_steps() const { return down + up + leaf; }
@@ -40,7 +40,8 @@ struct CoreMode {
   bool parent_links = false, mailbox = false;
   bool own_step_limit = false;
   std::uint32_t step_limit = 0;
-  std::uint32_t ray_row = 0;  ///< rays in a row of the image, so that the core may visit them in tiles; 0: one after the other
+  std::uint32_t ray_row =
+      0;  ///< rays in a row of the image, so that the core may visit them in tiles; 0: one after the other
 };
 
 class CoreDriver {

@@ -60,6 +60,7 @@ class CoreModel {
 const std::vector<std::string>& core_configurations();
 /// `waves`: file for an FST of the whole run, empty for none. Registers start with random contents drawn from `seed`. Throws Error for an
 /// unknown name, listing the known ones.
-std::unique_ptr<CoreModel> make_core_model(const std::string& configuration, std::uint64_t seed, const std::string& waves = {});
+std::unique_ptr<CoreModel> make_core_model(const std::string& configuration, std::uint64_t seed,
+                                           const std::string& waves = {});
 
 }  // namespace retrace::cosim

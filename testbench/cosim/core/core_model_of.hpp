@@ -69,7 +69,8 @@ class CoreModelOf final : public CoreModel {
     m.axi_b_id_i = in.axi.b_id;
     m.axi_b_resp_i = in.axi.b_resp;
     if constexpr (kWide) {
-      for (int i = 0; i < 4; ++i) m.axi_r_data_i[i] = static_cast<std::uint32_t>(in.axi.r_data[i / 2] >> (32 * (i % 2)));
+      for (int i = 0; i < 4; ++i)
+        m.axi_r_data_i[i] = static_cast<std::uint32_t>(in.axi.r_data[i / 2] >> (32 * (i % 2)));
     } else {
       m.axi_r_data_i = in.axi.r_data[0];
     }
@@ -124,7 +125,8 @@ class CoreModelOf final : public CoreModel {
   bool failed() const override { return context_->gotError() || context_->gotFinish(); }
 
  private:
-  static constexpr bool kWide = !std::is_integral_v<std::remove_reference_t<decltype(std::declval<Model>().axi_r_data_i)>>;
+  static constexpr bool kWide =
+      !std::is_integral_v<std::remove_reference_t<decltype(std::declval<Model>().axi_r_data_i)>>;
 
   std::unique_ptr<VerilatedContext> context_;
   std::unique_ptr<Model> model_;

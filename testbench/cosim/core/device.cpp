@@ -7,13 +7,14 @@ namespace retrace::cosim {
 namespace {
 
 constexpr std::uint64_t kPage = 4096;
-constexpr int kLiteTimeout = 1000;        // clocks an AXI4-Lite access may take
+constexpr int kLiteTimeout = 1000;       // clocks an AXI4-Lite access may take
 constexpr std::uint64_t kSlice = 20000;  // clocks of one wait_interrupt()
 
 }  // namespace
 
 SimulatedDevice::SimulatedDevice(const Options& options)
-    : model_(make_core_model(options.configuration, options.seed, options.waves)), memory_(model_->data_bytes(), options.memory) {
+    : model_(make_core_model(options.configuration, options.seed, options.waves)),
+      memory_(model_->data_bytes(), options.memory) {
   in_.rst_n = false;
   for (int i = 0; i < 8; ++i) model_->clock(in_, out_);
   in_.rst_n = true;
@@ -43,7 +44,8 @@ std::uint32_t SimulatedDevice::read_register(std::uint32_t offset) {
     if (slave.ar_ready) in_.lite.ar_valid = false;
     if (slave.r_valid) {
       in_.lite.ar_valid = in_.lite.r_ready = false;
-      if (slave.r_resp != 0) throw Error("rtl core: register read of " + std::to_string(offset) + " answered with an error");
+      if (slave.r_resp != 0)
+        throw Error("rtl core: register read of " + std::to_string(offset) + " answered with an error");
       return slave.r_data;
     }
   }
@@ -61,7 +63,8 @@ void SimulatedDevice::write_register(std::uint32_t offset, std::uint32_t value) 
     if (slave.w_ready) in_.lite.w_valid = false;
     if (slave.b_valid) {
       in_.lite.aw_valid = in_.lite.w_valid = in_.lite.b_ready = false;
-      if (slave.b_resp != 0) throw Error("rtl core: register write of " + std::to_string(offset) + " answered with an error");
+      if (slave.b_resp != 0)
+        throw Error("rtl core: register write of " + std::to_string(offset) + " answered with an error");
       return;
     }
   }

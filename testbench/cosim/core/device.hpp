@@ -44,7 +44,9 @@ class SimulatedDevice final : public Device {
   void write_register(std::uint32_t offset, std::uint32_t value) override;
   std::uint64_t allocate(std::uint64_t bytes) override;
   void release_all() override;
-  void write_memory(std::uint64_t address, std::span<const std::uint64_t> words) override { memory_.write(address, words); }
+  void write_memory(std::uint64_t address, std::span<const std::uint64_t> words) override {
+    memory_.write(address, words);
+  }
   void read_memory(std::uint64_t address, std::span<std::uint64_t> words) override { memory_.read(address, words); }
   bool wait_interrupt() override;
   std::uint64_t clocks() const override { return model_->clocks(); }

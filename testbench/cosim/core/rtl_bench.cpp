@@ -23,8 +23,8 @@ using namespace retrace;
 
 void print_unit(const char* name, const cosim::UnitClocks& unit) {
   const double all = static_cast<double>(unit.busy + unit.starved + unit.blocked);
-  std::printf("  %-12s busy %5.1f %%  starved %5.1f %%  blocked %5.1f %%\n", name, 100 * unit.busy / all, 100 * unit.starved / all,
-              100 * unit.blocked / all);
+  std::printf("  %-12s busy %5.1f %%  starved %5.1f %%  blocked %5.1f %%\n", name, 100 * unit.busy / all,
+              100 * unit.starved / all, 100 * unit.blocked / all);
 }
 
 /// Whoever misses looks up again and hits, so every access is a hit in the end; a miss is a line that had to be fetched.
@@ -48,22 +48,36 @@ int run(int argc, char** argv) {
     if (key == "latency") {
       const auto dash = value.find('-');
       options.memory.latency_min = std::atoi(value.c_str());
-      options.memory.latency_max = dash == std::string::npos ? options.memory.latency_min : std::atoi(value.c_str() + dash + 1);
-    } else if (key == "bytes") options.memory.bytes_per_clock = std::atof(value.c_str());
-    else if (key == "reorder") options.memory.reorder = value != "0";
-    else if (key == "stall") options.memory.stall_percent = std::atoi(value.c_str());
-    else if (key == "up") trace.way_up = value == "parent" ? WayUp::kParentLinks : WayUp::kFaceLinks;
-    else if (key == "mailbox") trace.mailbox = value != "0" ? kCsimMailbox : 0;
-    else if (key == "seed") options.seed = options.memory.seed = std::strtoull(value.c_str(), nullptr, 0);
-    else if (key == "waves") options.waves = value;
-    else if (key == "limit") options.clocks_per_ray = std::strtoull(value.c_str(), nullptr, 0);
-    else if (key == "shadow") any = value != "0";
-    else if (key == "walk") options.ray_row = value == "rows" ? 0 : static_cast<std::uint32_t>(width);
-    else if (key == "tile") tile = std::max(1, std::atoi(value.c_str()));
+      options.memory.latency_max =
+          dash == std::string::npos ? options.memory.latency_min : std::atoi(value.c_str() + dash + 1);
+    } else if (key == "bytes")
+      options.memory.bytes_per_clock = std::atof(value.c_str());
+    else if (key == "reorder")
+      options.memory.reorder = value != "0";
+    else if (key == "stall")
+      options.memory.stall_percent = std::atoi(value.c_str());
+    else if (key == "up")
+      trace.way_up = value == "parent" ? WayUp::kParentLinks : WayUp::kFaceLinks;
+    else if (key == "mailbox")
+      trace.mailbox = value != "0" ? kCsimMailbox : 0;
+    else if (key == "seed")
+      options.seed = options.memory.seed = std::strtoull(value.c_str(), nullptr, 0);
+    else if (key == "waves")
+      options.waves = value;
+    else if (key == "limit")
+      options.clocks_per_ray = std::strtoull(value.c_str(), nullptr, 0);
+    else if (key == "shadow")
+      any = value != "0";
+    else if (key == "walk")
+      options.ray_row = value == "rows" ? 0 : static_cast<std::uint32_t>(width);
+    else if (key == "tile")
+      tile = std::max(1, std::atoi(value.c_str()));
     else if (key == "rows") {
-      if (std::sscanf(value.c_str(), "%d-%d", &first_row, &last_row) != 2 || first_row < 0 || last_row > height || first_row >= last_row)
+      if (std::sscanf(value.c_str(), "%d-%d", &first_row, &last_row) != 2 || first_row < 0 || last_row > height ||
+          first_row >= last_row)
         throw Error("rows must be FIRST-END within the image");
-    } else throw Error("unknown option '" + text + "'");
+    } else
+      throw Error("unknown option '" + text + "'");
   }
 
   const Scene scene = open_scene(scene_name);
@@ -89,23 +103,27 @@ int run(int argc, char** argv) {
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (a[2 * i] == b[2 * i] && a[2 * i + 1] == b[2 * i + 1]) continue;
     if (++differ < 5)
-      std::printf("ray %zu: rtl %016" PRIx64 "%016" PRIx64 " csim %016" PRIx64 "%016" PRIx64 "\n", i, a[2 * i + 1], a[2 * i], b[2 * i + 1],
-                  b[2 * i]);
+      std::printf("ray %zu: rtl %016" PRIx64 "%016" PRIx64 " csim %016" PRIx64 "%016" PRIx64 "\n", i, a[2 * i + 1],
+                  a[2 * i], b[2 * i + 1], b[2 * i]);
   }
   const auto& c = rtl->counters();
   const auto per_ray = [&](std::uint64_t n) { return double(n) / double(c.rays); };
   const int bytes = rtl->identity().data_bytes;
-  std::printf("%s %s %dx%d: %" PRIu64 " rays, %" PRIu64 " differ from csim\n", scene_name.c_str(), configuration.c_str(), width, height,
-              c.rays, differ);
-  std::printf("  %.2f clocks/ray, %.3f node steps/clock, %.0f simulated clocks/s\n", per_ray(c.clocks), double(c.node_steps()) / c.clocks,
-              rtl->simulated_clocks() / rtl->simulation_seconds());
-  std::printf("  a ray: down %.2f up %.2f leaf %.2f tests %.2f skipped %.2f; csim down %.2f up %.2f leaf %.2f tests %.2f\n", per_ray(c.down),
-              per_ray(c.up), per_ray(c.leaf), per_ray(c.tests), per_ray(c.skipped), per_ray(csim->totals().down),
-              per_ray(csim->totals().up), per_ray(csim->totals().leaf), per_ray(csim->totals().tests));
-  std::printf("  bytes/ray read %.1f written %.1f; hit rate node %.4f leaf %.4f list %.4f triangle %.4f; contexts in use %.1f\n",
-              per_ray(c.read_beats * bytes), per_ray(c.write_beats * bytes), rate(c.node_hits, c.node_misses),
-              rate(c.leaf_hits, c.leaf_misses), rate(c.list_hits, c.list_misses), rate(c.triangle_hits, c.triangle_misses),
-              double(c.context_clocks) / c.clocks);
+  std::printf("%s %s %dx%d: %" PRIu64 " rays, %" PRIu64 " differ from csim\n", scene_name.c_str(),
+              configuration.c_str(), width, height, c.rays, differ);
+  std::printf("  %.2f clocks/ray, %.3f node steps/clock, %.0f simulated clocks/s\n", per_ray(c.clocks),
+              double(c.node_steps()) / c.clocks, rtl->simulated_clocks() / rtl->simulation_seconds());
+  std::printf(
+      "  a ray: down %.2f up %.2f leaf %.2f tests %.2f skipped %.2f; csim down %.2f up %.2f leaf %.2f tests %.2f\n",
+      per_ray(c.down), per_ray(c.up), per_ray(c.leaf), per_ray(c.tests), per_ray(c.skipped),
+      per_ray(csim->totals().down), per_ray(csim->totals().up), per_ray(csim->totals().leaf),
+      per_ray(csim->totals().tests));
+  std::printf(
+      "  bytes/ray read %.1f written %.1f; hit rate node %.4f leaf %.4f list %.4f triangle %.4f; contexts in use "
+      "%.1f\n",
+      per_ray(c.read_beats * bytes), per_ray(c.write_beats * bytes), rate(c.node_hits, c.node_misses),
+      rate(c.leaf_hits, c.leaf_misses), rate(c.list_hits, c.list_misses), rate(c.triangle_hits, c.triangle_misses),
+      double(c.context_clocks) / c.clocks);
   std::printf("  bytes/ray by source:");
   constexpr const char* kSources[] = {"header", "rays", "leaves", "list", "triangles", "nodes"};
   const auto sources = rtl->read_bytes_by_source();

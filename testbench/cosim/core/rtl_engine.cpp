@@ -10,7 +10,10 @@ namespace {
 class Simulation final : public RtlEngine {
  public:
   Simulation(std::span<const std::uint64_t> image, const RtlOptions& options)
-      : image_(image), options_(options), device_({options.configuration, options.memory, options.waves, options.seed}), driver_(device_) {}
+      : image_(image),
+        options_(options),
+        device_({options.configuration, options.memory, options.waves, options.seed}),
+        driver_(device_) {}
 
   std::string name() const override { return "rtl"; }
   std::span<const std::uint64_t> raw_hits() const override { return raw_hits_; }
@@ -27,13 +30,14 @@ class Simulation final : public RtlEngine {
   std::uint64_t simulated_clocks() const override { return device_.clocks(); }
   double simulation_seconds() const override { return seconds_; }
 
-  void trace(std::span<const GridRay> rays, std::span<Hit> hits, std::span<RayWork> work, const TraceOptions& options) override {
+  void trace(std::span<const GridRay> rays, std::span<Hit> hits, std::span<RayWork> work,
+             const TraceOptions& options) override {
     if (hits.size() != rays.size()) throw Error("rtl engine: sizes of rays and hits differ");
     if (!work.empty()) throw Error("rtl engine: the core counts work for the whole run, not for each ray");
     if (options.way_up == WayUp::kStack) throw Error("rtl engine: the core has no stack; use parent or face links");
     if (options.mailbox != 0 && options.mailbox != driver_.identity().mail_entries)
-      throw Error("rtl engine: the mailbox of this configuration has " + std::to_string(driver_.identity().mail_entries) +
-                  " entries, or 0 to leave it off");
+      throw Error("rtl engine: the mailbox of this configuration has " +
+                  std::to_string(driver_.identity().mail_entries) + " entries, or 0 to leave it off");
     std::vector<std::size_t> inside;
     for (std::size_t i = 0; i < rays.size(); ++i)
       if (!rays[i].outside) inside.push_back(i);
@@ -63,7 +67,8 @@ class Simulation final : public RtlEngine {
     seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 
     if (status_.image_fault != 0) {
-      constexpr const char* kWhy[] = {"", "the image's magic or version is wrong", "a section of the image lies outside it",
+      constexpr const char* kWhy[] = {"", "the image's magic or version is wrong",
+                                      "a section of the image lies outside it",
                                       "the memory answered with an error for the header"};
       throw Error(std::string("rtl engine: ") + kWhy[status_.image_fault]);
     }

@@ -14,9 +14,9 @@ namespace retrace {
 struct RtlOptions {
   std::string configuration = "ecp5";  ///< one of cosim::core_configurations()
   cosim::MemoryOptions memory;
-  std::string waves;     ///< FST file, empty for none
+  std::string waves;  ///< FST file, empty for none
   std::uint64_t seed = 1;
-  std::uint32_t ray_row = 0;  ///< as RtlEngine::set_ray_row
+  std::uint32_t ray_row = 0;              ///< as RtlEngine::set_ray_row
   std::uint64_t clocks_per_ray = 100000;  ///< give up after this many clocks a ray (and a constant)
 };
 
