@@ -1,11 +1,10 @@
 #!/usr/bin/env bash
-# Passes every test: set-up, release build, ctest, RTL lint. With --full also the tests that read input under sanitizers, and a minute
-# of fuzzing of each loader.
-# usage: scripts/test.sh [--full]
+# Passes every test: set-up, release build, ctest, format and lint, the tests that read input under sanitizers, and a minute of fuzzing of
+# each loader.
+# usage: scripts/test.sh
 # RETRACE_SEED chooses another seed for all randomised tests.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-full=${1:-}
 started=$SECONDS
 step() { printf '\n== %4d s  %s\n' $((SECONDS - started)) "$*"; }
 build() {  # build PRESET TARGET...: quiet unless it fails
@@ -30,11 +29,6 @@ ctest --preset release -j "$(nproc)"
 step "format and lint"
 scripts/lint.sh
 scripts/rtl_lint.sh --require-yosys
-if [ "$full" != --full ]; then
-  step "all tests passed"
-  exit 0
-fi
-
 step "sanitizer build (address, undefined behaviour)"
 build asan sanitized
 step "tests under sanitizers"
