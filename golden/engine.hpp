@@ -64,6 +64,8 @@ class Engine {
  public:
   virtual ~Engine() = default;
   virtual std::string name() const = 0;
+  /// Whether trace() can fill `work`; otherwise it must be empty.
+  virtual bool counts_work() const { return true; }
   /// Traces rays[i] into hits[i] (and work[i] if `work` is not empty). Rays marked `outside` become misses. Sizes must agree.
   virtual void trace(std::span<const GridRay> rays, std::span<Hit> hits, std::span<RayWork> work,
                      const TraceOptions& options) = 0;

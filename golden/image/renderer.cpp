@@ -104,7 +104,7 @@ struct Tracer {
     const double start = now();
     quantise_all(rays, grid, surfaces.grid().transform, box, any);
     const double middle = now();
-    engine.trace(grid, hits, work, options);
+    engine.trace(grid, hits, engine.counts_work() ? std::span<RayWork>(work) : std::span<RayWork>(), options);
     trace_s += now() - middle;
     quantise_s += middle - start;
     for (const RayWork& w : work) totals.add(w);

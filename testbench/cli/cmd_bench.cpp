@@ -13,6 +13,9 @@
 #include "testbench/cli/engines.hpp"
 #include "testbench/cli/progress.hpp"
 #include "testbench/csim/csim_engine.hpp"
+#ifdef RETRACE_RTL
+#include "testbench/cosim/core/rtl_engine.hpp"
+#endif
 #ifdef RETRACE_EMBREE
 #include <embree3/rtcore.h>
 #endif
@@ -133,6 +136,12 @@ class Bench {
     for (const std::string& name : a_.engines) {
       say(scene + ": " + name);
       const std::unique_ptr<Engine> engine = make_engine(name, loaded.grid, loaded.image);
+#ifdef RETRACE_RTL
+      if (auto* core = dynamic_cast<RtlEngine*>(engine.get())) {
+        json["rtl_rays_s"] = measure_rtl(*core, loaded, camera, size);
+        continue;
+      }
+#endif
       TraceOptions options;
       options.threads = common_.threads;
       const double seconds = best_time(a_.repeat, [&] { engine->trace(rays, hits, {}, options); });
@@ -164,7 +173,55 @@ class Bench {
     return json;
   }
 
+  /// One entry for each scene and run of the RTL core.
+  const nlohmann::ordered_json& rtl() const { return rtl_; }
+
  private:
+#ifdef RETRACE_RTL
+  /// Primary rays in image order, once; rays a second of wall time.
+  double measure_rtl(RtlEngine& core, const LoadedScene& loaded, const ViewCamera& camera, const Size& size) {
+    std::vector<WorldRay> world;
+    for (int y = 0; y < size.height; ++y)
+      for (int x = 0; x < size.width; ++x) world.push_back(camera.ray(x + 0.5, y + 0.5, size.width, size.height));
+    std::vector<GridRay> rays(world.size());
+    quantise_all(world, rays, loaded.grid.transform, loaded.grid.box, false);
+    std::vector<Hit> hits(rays.size());
+    core.set_ray_row(static_cast<std::uint32_t>(size.width));
+    core.trace(rays, hits, {}, {});
+    const cosim::CoreCounters& c = core.counters();
+    const auto clocks = static_cast<double>(c.clocks), n = static_cast<double>(std::max<std::uint64_t>(c.rays, 1));
+    // Whoever misses looks up again and hits, so every access is a hit in the end; a miss is a line that was fetched.
+    const auto hit_rate = [](std::uint64_t hit, std::uint64_t missed) {
+      return hit == 0 ? 1.0 : 1.0 - static_cast<double>(missed) / static_cast<double>(hit);
+    };
+    const auto shares = [](const cosim::UnitClocks& u) -> nlohmann::ordered_json {
+      const auto all = static_cast<double>(std::max<std::uint64_t>(u.busy + u.starved + u.blocked, 1));
+      return {{"busy", static_cast<double>(u.busy) / all},
+              {"starved", static_cast<double>(u.starved) / all},
+              {"blocked", static_cast<double>(u.blocked) / all}};
+    };
+    rtl_.push_back(
+        {{"scene", loaded.name},
+         {"config", core.configuration()},
+         {"clocks_per_ray", clocks / n},
+         {"steps_per_clock", static_cast<double>(c.node_steps()) / clocks},
+         {"sim_clocks_per_s", static_cast<double>(core.simulated_clocks()) / core.simulation_seconds()},
+         {"bytes_per_ray", static_cast<double>(c.read_beats + c.write_beats) * core.identity().data_bytes / n},
+         {"hit_rate",
+          {{"node", hit_rate(c.node_hits, c.node_misses)},
+           {"leaf", hit_rate(c.leaf_hits, c.leaf_misses)},
+           {"triangle", hit_rate(c.triangle_hits, c.triangle_misses)}}},
+         {"units",
+          {{"lanes", shares(c.lanes)},
+           {"leaf_unit", shares(c.leaf_unit)},
+           {"references", shares(c.references)},
+           {"tri_test", shares(c.tri_test)},
+           {"bus", shares(c.bus)}}}});
+    return n / core.simulation_seconds();
+  }
+#endif
+
+  nlohmann::ordered_json rtl_ = nlohmann::ordered_json::array();
   void say(const std::string& text) const { note(common_, "bench " + text); }
   const BenchArguments& a_;
   const Common& common_;
@@ -195,10 +252,27 @@ void print_table(const nlohmann::ordered_json& scenes, const std::vector<std::st
   }
 }
 
+void print_rtl(const nlohmann::ordered_json& rtl) {
+  for (const auto& run : rtl) {
+    std::fprintf(stderr,
+                 "%s, rtl %s: %.2f clocks/ray, %.3f steps/clock, %.1f bytes/ray, %s simulated clocks/s; hit rate node "
+                 "%.4f leaf %.4f triangle %.4f\n",
+                 run["scene"].get<std::string>().c_str(), run["config"].get<std::string>().c_str(),
+                 run["clocks_per_ray"].get<double>(), run["steps_per_clock"].get<double>(),
+                 run["bytes_per_ray"].get<double>(), with_unit(run["sim_clocks_per_s"].get<double>()).c_str(),
+                 run["hit_rate"]["node"].get<double>(), run["hit_rate"]["leaf"].get<double>(),
+                 run["hit_rate"]["triangle"].get<double>());
+    for (const auto& [name, unit] : run["units"].items())
+      std::fprintf(stderr, "  %-12s busy %5.1f %%  starved %5.1f %%  blocked %5.1f %%\n", name.c_str(),
+                   100 * unit["busy"].get<double>(), 100 * unit["starved"].get<double>(),
+                   100 * unit["blocked"].get<double>());
+  }
+}
+
 void run_bench(BenchArguments& a, const Common& common) {
   parse_size(a.size);
   if (a.engines.empty()) a.engines = {"golden", "csim"};
-  for (const std::string& engine : a.engines) find_engine(engine);
+  for (const std::string& engine : a.engines) check_options(engine, {});
   if (a.scenes.empty()) {
     a.scenes = {"room", "knot", "sphere"};
     std::error_code ignored;
@@ -207,8 +281,11 @@ void run_bench(BenchArguments& a, const Common& common) {
   Bench bench(a, common);
   nlohmann::ordered_json scenes = nlohmann::ordered_json::array();
   for (const std::string& scene : a.scenes) scenes.push_back(bench.measure(scene));
+  print_rtl(bench.rtl());
   if (a.json) {
-    std::printf("%s\n", nlohmann::ordered_json{{"scenes", scenes}}.dump(2).c_str());
+    nlohmann::ordered_json json = {{"scenes", scenes}};
+    if (!bench.rtl().empty()) json["rtl"] = bench.rtl();
+    std::printf("%s\n", json.dump(2).c_str());
   } else {
     print_table(scenes, a.engines);
   }

@@ -76,6 +76,9 @@ void run_render(RenderArguments& a, const Common& common) {
       names += (names.empty() ? "" : ", ") + std::string(aov.name);
     }
     if (!known) throw UsageError("there is no AOV '" + name + "'; there are: " + names);
+    const bool of_work = name != "depth" && name != "normal" && name != "id";
+    if (of_work && !find_engine(a.engine).counts_work)
+      throw UsageError("engine " + a.engine + " does not count the work of each ray: there is no AOV " + name);
   }
   std::vector<std::unique_ptr<OutputFile>> files;
   const auto open = [&](const std::filesystem::path& path) -> OutputFile& {
@@ -143,9 +146,13 @@ void run_render(RenderArguments& a, const Common& common) {
   std::printf("%s, %s triangles, %dx%d, %d samples a pixel, engine %s, camera %s, light: %s\n", loaded.name.c_str(),
               with_commas(loaded.world.vertices.size()).c_str(), options.width, options.height, options.spp,
               engine->name().c_str(), camera.name.c_str(), result.lights.c_str());
-  print_work("camera", result.camera);
-  print_work("shadow", result.shadow);
-  print_work("occlusion", result.occlusion);
+  const EngineKind& kind = find_engine(a.engine);
+  if (kind.counts_work) {
+    print_work("camera", result.camera);
+    print_work("shadow", result.shadow);
+    print_work("occlusion", result.occlusion);
+  }
+  if (kind.summary) std::printf("  %s\n", kind.summary(*engine).c_str());
   std::printf("  built in %.2f s, traced in %.2f s (%s rays/s), shaded in %.2f s\n", loaded.build_s, result.trace_s,
               with_unit(rays_s).c_str(), result.shade_s + result.quantise_s);
   for (const auto& file : files) std::printf("  wrote %s\n", file->path().c_str());

@@ -6,6 +6,9 @@
 
 #include "testbench/cli/workspace.hpp"
 #include "testbench/csim/csim_engine.hpp"
+#ifdef RETRACE_RTL
+#include "testbench/cosim/core/rtl_engine_kind.hpp"
+#endif
 
 namespace retrace::cli {
 namespace {
@@ -30,10 +33,17 @@ std::vector<EngineKind> make_table() {
     return make_csim_engine(image);
   };
   table.push_back(csim);
+#ifdef RETRACE_RTL
+  table.push_back(rtl_engine_kind());
+#endif
   return table;
 }
 
 std::string name_of(const std::string& specification) { return specification.substr(0, specification.find(':')); }
+std::string argument_of(const std::string& specification) {
+  const std::size_t colon = specification.find(':');
+  return colon == std::string::npos ? std::string() : specification.substr(colon + 1);
+}
 
 }  // namespace
 
@@ -54,18 +64,22 @@ const EngineKind& find_engine(const std::string& specification) {
     }
     known += (known.empty() ? "" : ", ") + kind.name;
   }
+#ifndef RETRACE_RTL
+  if (name == "rtl")
+    throw UsageError("this program was built without the RTL core: configure with -DRETRACE_RTL=ON for engine rtl");
+#endif
   throw UsageError("there is no engine '" + name + "'; there are: " + known);
 }
 
 std::unique_ptr<Engine> make_engine(const std::string& specification, const GridScene& scene,
                                     const MemoryImage& image) {
   const EngineKind& kind = find_engine(specification);
-  const std::size_t colon = specification.find(':');
-  return kind.make(scene, image, colon == std::string::npos ? std::string() : specification.substr(colon + 1));
+  return kind.make(scene, image, argument_of(specification));
 }
 
 void check_options(const std::string& specification, const TraceOptions& options) {
   const EngineKind& kind = find_engine(specification);
+  if (kind.check) kind.check(argument_of(specification));
   if (options.way_up == WayUp::kStack && !kind.stack) {
     throw UsageError("engine " + kind.name + " has no stack: --way-up parent or face");
   }

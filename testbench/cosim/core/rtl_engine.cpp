@@ -18,6 +18,7 @@ class Simulation final : public RtlEngine {
   std::string name() const override { return "rtl"; }
   std::span<const std::uint64_t> raw_hits() const override { return raw_hits_; }
   const cosim::CoreCounters& counters() const override { return counters_; }
+  const std::string& configuration() const override { return options_.configuration; }
   cosim::CoreIdentity identity() const override { return driver_.identity(); }
   std::array<std::uint64_t, 6> read_bytes_by_source() const override {
     // The upper bits of the id name the source (rt_core_pkg::Source*), the last ones are lanes.

@@ -22,10 +22,12 @@ struct RtlOptions {
 
 class RtlEngine : public Engine {
  public:
+  bool counts_work() const override { return false; }
   /// Hit records of the last trace() exactly as written, two 64-bit words a ray (0 for rays marked outside).
   virtual std::span<const std::uint64_t> raw_hits() const = 0;
   /// Of all runs so far.
   virtual const cosim::CoreCounters& counters() const = 0;
+  virtual const std::string& configuration() const = 0;
   virtual cosim::CoreIdentity identity() const = 0;
   /// Bytes read so far: header, rays, leaves, list, triangles, nodes (all lanes).
   virtual std::array<std::uint64_t, 6> read_bytes_by_source() const = 0;
