@@ -133,6 +133,8 @@ TEST_F(Program, WrongUsageIsOneLineAndTwo) {
       {"bench", "box", "--engine", "rtl", "--memory", "bytes=-1"},
       {"compare", "box", "--engines", "golden"},
       {"compare", "box", "--engines", "golden,csim,golden"},
+      {"compare", "box", "--engines", "golden,,csim"},
+      {"compare", "box", "--engines", "golden,csim,gold"},
       {"compare", "box", "--rays", "sound"},
       {"make-scene"},
       {"make-scene", "box"},
@@ -229,19 +231,33 @@ TEST_F(Program, CompareCountsAndDraws) {
   const nlohmann::json stats = json("d.json");
   EXPECT_EQ(stats["violations"], 0);
   for (const char* kind : {"primary", "shadow"}) {
-    const auto& rays = stats["rays"][kind];
+    const auto& rays = stats["pairs"][0][kind];
     EXPECT_EQ(
         rays["same"].get<int>() + rays["edge"].get<int>() + rays["depth"].get<int>() + rays["violation"].get<int>(),
         rays["rays"]);
     EXPECT_GT(rays["both_hit"], 10) << kind;
   }
-  EXPECT_EQ(stats["rays"]["primary"]["rays"], 64 * 48);
+  EXPECT_EQ(stats["pairs"][0]["primary"]["rays"], 64 * 48);
+  EXPECT_EQ(stats["pairs"][0]["bit_for_bit"], false);
 }
 
 TEST_F(Program, TwoFixedPointEnginesMustAgreeBitForBit) {
-  const Outcome outcome = run({"compare", "box", "--engines", "csim,csim", "--size", "16x16", "--rays", "primary"});
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_NE(outcome.out.find("bit for bit"), std::string::npos);
+  const Outcome outcome = run({"compare", "knot:along=60,around=12", "--engines", "golden,csim,rtl:small", "--size",
+                               "32x24", "-o", "d.png", "--stats", "d.json"});
+  if (outcome.err.find("built without the RTL core") != std::string::npos) GTEST_SKIP() << outcome.err;
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("csim against rtl:small"), std::string::npos) << outcome.out;
+  EXPECT_TRUE(is_png(text_of(work("d.png"))));
+  const nlohmann::json stats = json("d.json");
+  ASSERT_EQ(stats["pairs"].size(), 2U);
+  EXPECT_EQ(stats["pairs"][0]["engines"], nlohmann::json({"golden", "csim"}));
+  EXPECT_EQ(stats["pairs"][0]["bit_for_bit"], false);
+  EXPECT_EQ(stats["pairs"][1]["engines"], nlohmann::json({"csim", "rtl:small"}));
+  EXPECT_EQ(stats["pairs"][1]["bit_for_bit"], true);
+  for (const char* kind : {"primary", "shadow"}) {
+    EXPECT_EQ(stats["pairs"][1][kind]["same"], stats["pairs"][1][kind]["rays"]) << kind;
+    EXPECT_GT(stats["pairs"][1][kind]["both_hit"], 5) << kind;
+  }
 }
 
 TEST_F(Program, PackThenInfo) {
