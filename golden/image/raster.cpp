@@ -114,19 +114,34 @@ void blit(Raster& target, const Raster& source, int x, int y) {
   }
 }
 
+namespace {
+// A few rays that take many times the work of all others would leave the picture dark.
+constexpr double kHeatQuantile = 0.995;
+constexpr double kHeatOutlier = 1.25;
+}  // namespace
+
 Raster heat_map(const Raster& values, ColorMap map, const std::string& title, double low, double high) {
+  std::string beyond;  // what the legend says of values above the range
   if (!(low < high)) {
-    low = std::numeric_limits<double>::infinity();
-    high = -low;
+    std::vector<double> finite;
     for (int y = 0; y < values.height; ++y) {
       for (int x = 0; x < values.width; ++x) {
-        const double v = *values.at(x, y);
-        if (!std::isfinite(v)) continue;
-        low = std::min(low, v);
-        high = std::max(high, v);
+        if (std::isfinite(*values.at(x, y))) finite.push_back(*values.at(x, y));
       }
     }
-    if (!(low <= high)) low = high = 0.0;
+    low = high = 0.0;
+    if (!finite.empty()) {
+      const auto [least, greatest] = std::minmax_element(finite.begin(), finite.end());
+      low = *least;
+      high = *greatest;
+      const auto place =
+          finite.begin() + static_cast<std::ptrdiff_t>(kHeatQuantile * static_cast<double>(finite.size() - 1));
+      std::nth_element(finite.begin(), place, finite.end());
+      if (*place > low && high - low > kHeatOutlier * (*place - low)) {
+        beyond = ", max " + short_number(high);
+        high = *place;
+      }
+    }
   }
   const double span = high > low ? high - low : 1.0;
   // Small pictures get a small legend; below that of two lines of text there is none that could be read.
@@ -150,7 +165,7 @@ Raster heat_map(const Raster& values, ColorMap map, const std::string& title, do
          map_color(map, (static_cast<float>(x) + 0.5f) / static_cast<float>(bar_width)));
   }
   const int line = top + margin + bar + 3 * scale;
-  const std::string left = short_number(low), right = short_number(high);
+  const std::string left = short_number(low), right = short_number(high) + beyond;
   draw_text(image, margin, line, left, ink, scale);
   draw_text(image, image.width - margin - text_width(right, scale), line, right, ink, scale);
   const int room = image.width - 2 * margin - text_width(left, scale) - text_width(right, scale) - 12 * scale;

@@ -33,7 +33,8 @@ void fill(Raster& raster, int x, int y, int width, int height, const glm::vec3& 
 void blit(Raster& target, const Raster& source, int x, int y);
 
 /// A heat map of a one-channel raster, sRGB-encoded, with a bar below it that shows the map, its range and `title`. NaN is drawn dark
-/// grey. The range is [low, high]; if low >= high the range of the finite values is taken.
+/// grey. The range is [low, high]; if low >= high it is that of the finite values, up to their quantile 0.995 where the greatest lies far
+/// beyond it; the legend then names the greatest as well.
 Raster heat_map(const Raster& values, ColorMap map, const std::string& title, double low = 0.0, double high = 0.0);
 
 /// Kinds of file by extension: .png, .jpg, .tif, ... hold encoded colours, .exr and .hdr linear ones. Throws Error for an extension

@@ -445,8 +445,9 @@ RenderResult render(const Surfaces& surfaces, const ViewCamera& camera, const st
       const glm::dvec2 where = spp == 1
                                    ? glm::dvec2(0.5)
                                    : sample_2d(static_cast<std::uint32_t>(s % spp), hash_combine(seed_of(s), 0x5058u));
-      rays[s] = camera.ray(pixel % static_cast<std::uint32_t>(width) + where.x,
-                           pixel / static_cast<std::uint32_t>(width) + where.y, width, height);
+      const std::uint32_t column = pixel % static_cast<std::uint32_t>(width);
+      const std::uint32_t row = pixel / static_cast<std::uint32_t>(width);
+      rays[s] = camera.ray(column + where.x, row + where.y, width, height);
     });
     result.camera.rays += samples;
 

@@ -353,7 +353,7 @@ Bytes decode_base64(std::string_view text) {
   std::uint32_t bits = 0;
   int held = 0;
   for (const char c : text) {
-    const int digit = table[static_cast<std::uint8_t>(c)];
+    const int digit = table[static_cast<std::uint8_t>(c)];  // NOLINT(bugprone-signed-char-misuse): -1 to 63
     if (digit < 0) throw Error("data URI: a character is not base64");
     bits = bits << 6 | static_cast<std::uint32_t>(digit);
     if ((held += 6) >= 8) out.push_back(static_cast<std::uint8_t>(bits >> (held -= 8)));

@@ -57,6 +57,8 @@ if(NOT RETRACE_AP_INCLUDE)
 endif()
 add_library(retrace_ap_types INTERFACE)
 target_include_directories(retrace_ap_types SYSTEM INTERFACE ${RETRACE_AP_INCLUDE})
+# The open ap_types alias their storage and read the bits they are about to replace.
+target_compile_options(retrace_ap_types INTERFACE -fno-strict-aliasing -Wno-uninitialized -Wno-maybe-uninitialized)
 if(RETRACE_SANITIZE MATCHES "undefined")
   # The open ap_types shift negative values to the left, which C++20 defines and C++17, the kernels' language, does not.
   target_compile_options(retrace_ap_types INTERFACE -fno-sanitize=shift-base)

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <memory>
 
+#include "testbench/cosim/coverage.hpp"
+
 namespace retrace::cosim {
 
 template <typename Model>
@@ -26,6 +28,7 @@ class Clocked {
   ~Clocked() {
     enter();
     model_->final();
+    save_coverage(*context_);
   }
   Clocked(const Clocked&) = delete;
   Clocked& operator=(const Clocked&) = delete;

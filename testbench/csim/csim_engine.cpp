@@ -27,6 +27,7 @@ void check_word_layout() {
   word_t word = raw[1];
   word <<= 64;
   word |= word_t(raw[0]);
+  // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): the representation is what is checked
   if (std::memcmp(&word, raw.data(), sizeof raw) != 0)
     throw Error("csim engine: ap_uint<128> of these headers is not two little-endian 64-bit words");
 }

@@ -186,7 +186,7 @@ TEST(ToneMap, TransferFunctionIsThatOfSrgb) {
 TEST(HeatMap, MapsValuesAndHasALegend) {
   Raster values(320, 40, 1, 2.0f);
   *values.at(0, 0) = 0.0f;
-  *values.at(319, 39) = 8.0f;
+  for (int y = 0; y < 40; ++y) *values.at(319, y) = *values.at(318, y) = 8.0f;  // more than the outliers that are cut
   *values.at(5, 5) = NAN;
   const Raster map = heat_map(values, ColorMap::kInferno, "steps per ray");
   ASSERT_EQ(map.width, 320);
@@ -203,6 +203,21 @@ TEST(HeatMap, MapsValuesAndHasALegend) {
     for (int x = 0; x < map.width; ++x) ink += map.rgb(x, y) == glm::vec3(0.92f);
   }
   EXPECT_GT(ink, 100);
+}
+
+TEST(HeatMap, AFewOutliersDoNotDarkenTheRest) {
+  Raster values(100, 50, 1);
+  for (int y = 0; y < 50; ++y) {
+    for (int x = 0; x < 100; ++x) *values.at(x, y) = static_cast<float>(x);
+  }
+  const Raster without = heat_map(values, ColorMap::kInferno, "x");
+  *values.at(99, 0) = 10000.0f;
+  const Raster with = heat_map(values, ColorMap::kInferno, "x");
+  // The range ends at 98 or 99 either way, so colours stay; the outlier has the brightest one.
+  for (int x = 0; x < 99; ++x) {
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(with.rgb(x, 20)[c], without.rgb(x, 20)[c], 0.04f) << x;
+  }
+  EXPECT_EQ(with.rgb(99, 0), with.rgb(99, 20));
 }
 
 TEST(HeatMap, SurvivesTinyAndEmptyRanges) {

@@ -11,6 +11,7 @@
 
 #include "golden/scene/geometry.hpp"
 #include "testbench/cosim/core/core_model.hpp"
+#include "testbench/cosim/coverage.hpp"
 
 namespace retrace::cosim {
 
@@ -40,6 +41,7 @@ class CoreModelOf final : public CoreModel {
   }
   ~CoreModelOf() override {
     model_->final();
+    save_coverage(*context_);
 #ifdef RETRACE_RTL_WAVES
     if (waves_) waves_->close();
 #endif
