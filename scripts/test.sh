@@ -29,6 +29,8 @@ ctest --preset release -j "$(nproc)"
 step "format and lint"
 scripts/lint.sh
 scripts/rtl_lint.sh --require-yosys
+step "coverage of the RTL"
+scripts/coverage.sh --output build/coverage.md
 step "sanitizer build (address, undefined behaviour)"
 build asan sanitized
 step "tests under sanitizers"

@@ -102,6 +102,9 @@ class RtlFrame : public testing::TestWithParam<Frame> {};
 
 TEST_P(RtlFrame, EqualsKernelInEveryByte) {
   const Frame& frame = GetParam();
+  const auto& built = cosim::core_configurations();
+  if (std::find(built.begin(), built.end(), frame.configuration) == built.end())
+    GTEST_SKIP() << "RETRACE_RTL_CONFIGS leaves out " << frame.configuration;
   SCOPED_TRACE("seed " + std::to_string(test_seed()));
   const Prepared& p = prepared(frame.scene);
   RtlOptions options;

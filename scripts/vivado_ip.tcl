@@ -1,0 +1,48 @@
+# Packages the core as an IP in the vendor's format. Sourced by FuseSoC (target vivado_ip) inside the project it has made, or by hand:
+#   vivado -mode batch -source scripts/vivado_ip.tcl -tclargs OUTPUT_FOLDER [CONFIG]
+# CONFIG is a configuration of rtl/top/rt_core_pkg.sv, default ConfigEcp5. Writes OUTPUT_FOLDER/component.xml and the sources beside it.
+set root [file normalize [file join [file dirname [info script]] ..]]
+set output [expr {[llength $argv] > 0 ? [lindex $argv 0] : "retrace_ip"}]
+set config [expr {[llength $argv] > 1 ? [lindex $argv 1] : "ConfigEcp5"}]
+# Width of the data bus and lanes: the IP catalog shows them, and the wrapper has to agree with the package.
+array set data_bits {ConfigSmall 64 ConfigEcp5 64 ConfigEcp5x128 128 ConfigWide 128}
+if {![info exists data_bits($config)]} {
+  error "retrace: there is no configuration '$config'; there are: [lsort [array names data_bits]]"
+}
+if {[catch {current_project}]} {
+  create_project -in_memory -part xczu3eg-sbva484-1-e
+  # Packages first, each after those it uses.
+  set files {}
+  foreach name {pkg/rt_contract_pkg lib/rt_lib_pkg stages/rt_stage_pkg top/rt_core_pkg regs/rt_regs_pkg} {
+    lappend files [file join $root rtl $name.sv]
+  }
+  foreach folder {lib stages cache regs top} {
+    foreach file [lsort [glob [file join $root rtl $folder rt_*.sv]]] {
+      if {[lsearch $files $file] < 0} { lappend files $file }
+    }
+  }
+  read_verilog -sv $files
+  read_verilog [file join $root rtl top rt_axi.v]
+  set_property include_dirs [file join $root rtl lib] [current_fileset]
+}
+set_property verilog_define [list RT_CONFIG=$config] [current_fileset]
+set_property top rt_axi [current_fileset]
+update_compile_order -fileset [current_fileset]
+
+ipx::package_project -root_dir $output -vendor retrace -library core -taxonomy /UserIP -import_files -force
+set core [ipx::current_core]
+set_property name retrace $core
+set_property version 0.1 $core
+set_property display_name "Retrace ray tracing core ($config)" $core
+set_property description "Kd-backtrack traversal with parent links and unit-triangle intersection, no stack" $core
+set_property value $data_bits($config) [ipx::get_user_parameters C_M_AXI_IMAGE_DATA_WIDTH -of_objects $core]
+set_property value_resolve_type constant [ipx::get_user_parameters C_M_AXI_IMAGE_DATA_WIDTH -of_objects $core]
+ipx::infer_bus_interface aclk xilinx.com:signal:clock_rtl:1.0 $core
+ipx::infer_bus_interface aresetn xilinx.com:signal:reset_rtl:1.0 $core
+ipx::infer_bus_interface interrupt xilinx.com:signal:interrupt_rtl:1.0 $core
+foreach bus {s_axi_control m_axi_image} { ipx::associate_bus_interfaces -busif $bus -clock aclk $core }
+ipx::create_xgui_files $core
+ipx::update_checksums $core
+ipx::check_integrity $core
+ipx::save_core $core
+puts "retrace: packaged $config in [file normalize $output]"
