@@ -4,7 +4,6 @@
 // Purpose     Renames the ports of rt_top; adds nothing. AXI4-Lite slave `s_axi_control`, AXI4 master `m_axi_image`, level interrupt.
 // Config      The macro RT_CONFIG chooses a configuration of rt_core_pkg (default ConfigEcp5); C_M_AXI_IMAGE_DATA_WIDTH must be its data_bits.
 // Attributes  Constant side-band signals are those of normal, non-secure, modifiable, bufferable memory.
-`timescale 1ns / 1ps
 module rt_axi #(
     parameter C_M_AXI_IMAGE_DATA_WIDTH = 64
 ) (
