@@ -327,7 +327,7 @@ module rt_cache #(
   end
 
   `RT_ASSERT(FillIsExpected, !fill_valid_i || active_q[fill_mshr])
-  `RT_ASSERT(FillHasItsLength, !fill_valid_i || fill_last_i == (fill_beat == BeatBits'(FillBeats - 1)))
+  `RT_ASSERT(FillHasItsLength, !fill_valid_i || fill_last_i || fill_beat != BeatBits'(FillBeats - 1))
   `RT_ASSERT(OneWay, !look_q[0] || $onehot0(way_hit[0]))
   `RT_ASSERT(OverflowIsServed, overflow_q == '0 || active_q != '0)
   `RT_ASSERT(FlushWhenIdle, !flush_i || active_q == '0)

@@ -101,13 +101,13 @@ module rt_core #(
     assign fill_valid[s] = fill_valid_i && fill_source_i == rt_core_pkg::SourceBits'(s);
   end
 
-  function automatic rt_core_pkg::read_request_t line_request(logic [rt_core_pkg::AddrBits-1:0] base, logic [23:0] line,
-                                                              int unsigned bytes, int unsigned source,
-                                                              logic [rt_core_pkg::MshrIdBits-1:0] mshr);
-    line_request.addr   = base + rt_core_pkg::AddrBits'({line, rt_core_pkg::LineShift'(0)});
-    line_request.len    = 8'(bytes * 8 / DataBits - 1);
-    line_request.source = rt_core_pkg::SourceBits'(source);
-    line_request.mshr   = mshr;
+  function automatic rt_core_pkg::read_request_t request(logic [rt_core_pkg::AddrBits-1:0] base, logic [29:0] offset,
+                                                         int unsigned bytes, int unsigned source,
+                                                         logic [rt_core_pkg::MshrIdBits-1:0] mshr);
+    request.addr   = base + rt_core_pkg::AddrBits'(offset);
+    request.len    = 8'((bytes * 8 + DataBits - 1) / DataBits - 1);
+    request.source = rt_core_pkg::SourceBits'(source);
+    request.mshr   = mshr;
   endfunction
 
   // --- control ---
@@ -207,12 +207,14 @@ module rt_core #(
     rt_core_pkg::arrival_t arrival;
   } arrival_t;
   logic [Lanes-1:0] out_valid, out_ready, lane_down, lane_up;
-  // Four pairs a line.
-  localparam int unsigned LinePairBits = 2;
+  localparam int unsigned LinePairs = Config.node_line_pairs;
+  localparam int unsigned LinePairBits = $clog2(LinePairs);
+  localparam int unsigned LineWordBits = LinePairs > 1 ? LinePairBits : 1;
   localparam int unsigned NodeKeyBits = rt_contract_pkg::PairIndexBits - LinePairBits;
+  `RT_ASSERT_INIT(LinePairsKnown, LinePairs == 1 || LinePairs == 2 || LinePairs == 4)
   logic [Lanes-1:0]                                        look_valid, look_answer, look_hit;
   logic [Lanes-1:0][NodeKeyBits-1:0]                       look_key;
-  logic [Lanes-1:0][LinePairBits-1:0]                      look_word;
+  logic [Lanes-1:0][LineWordBits-1:0]                      look_word;
   context_t [Lanes-1:0]                                    look_waiter;
   logic [Lanes-1:0][rt_contract_pkg::NodePairUsedBits-1:0] look_data;
   logic [Contexts-1:0]                                     node_wake, node_wake_error;
@@ -260,7 +262,7 @@ module rt_core #(
         .up_o            (lane_up[l])
     );
     assign look_key[l]    = pair[rt_contract_pkg::PairIndexBits-1:LinePairBits];
-    assign look_word[l]   = pair[LinePairBits-1:0];
+    assign look_word[l]   = LinePairs > 1 ? pair[LineWordBits-1:0] : '0;
     assign look_waiter[l] = out_context_of(l, look_context);
   end
 
@@ -270,12 +272,12 @@ module rt_core #(
   logic                               node_miss;
   rt_cache #(
       .Ports       (Lanes),
-      .Lines       (Config.node_lines),
+      .Lines       (Config.node_pairs / LinePairs),
       .Ways        (Config.ways),
       .KeyBits     (NodeKeyBits),
       .DataBits    (DataBits),
       .WordBits    (rt_contract_pkg::NodePairUsedBits),
-      .WordsPerLine(1 << LinePairBits),
+      .WordsPerLine(LinePairs),
       .Mshrs       (Config.mshrs),
       .Waiters     (Contexts)
   ) u_node_cache (
@@ -302,7 +304,8 @@ module rt_core #(
       .fill_last_i,
       .fill_error_i
   );
-  assign source_request[rt_core_pkg::SourceNode] = line_request(view.pair_base, 24'(node_key), 64, rt_core_pkg::SourceNode, node_mshr);
+  assign source_request[rt_core_pkg::SourceNode] = request(
+      view.pair_base, 30'({node_key, (LinePairBits + 4)'(0)}), 16 * LinePairs, rt_core_pkg::SourceNode, node_mshr);
 
   // --- arrivals: to the leaf unit, or straight to the result unit ---
   logic     arrival_valid, arrival_ready, arrival_ends;
@@ -408,7 +411,7 @@ module rt_core #(
       .leaf_o              (leaf_counted)
   );
   assign source_request[rt_core_pkg::SourceLeaf] =
-      line_request(view.leaf_base, 24'(leaf_key), rt_contract_pkg::LeafBytes, rt_core_pkg::SourceLeaf, leaf_mshr);
+      request(view.leaf_base, {1'b0, leaf_key, {rt_core_pkg::LineShift{1'b0}}}, rt_contract_pkg::LeafBytes, rt_core_pkg::SourceLeaf, leaf_mshr);
 
   // --- references and tests ---
   typedef struct packed {
@@ -469,9 +472,9 @@ module rt_core #(
       .skipped_o             (skipped)
   );
   assign source_request[rt_core_pkg::SourceList] =
-      line_request(view.list_base, list_key, 64, rt_core_pkg::SourceList, list_mshr);
+      request(view.list_base, {list_key, {rt_core_pkg::LineShift{1'b0}}}, 64, rt_core_pkg::SourceList, list_mshr);
   assign source_request[rt_core_pkg::SourceTriangle] =
-      line_request(view.triangle_base, triangle_key, rt_contract_pkg::TriangleUsedBits / 8, rt_core_pkg::SourceTriangle, triangle_mshr);
+      request(view.triangle_base, {triangle_key, {rt_core_pkg::LineShift{1'b0}}}, rt_contract_pkg::TriangleUsedBits / 8, rt_core_pkg::SourceTriangle, triangle_mshr);
 
   rt_tri_test #(
       .tag_t(test_tag_t)

@@ -8,7 +8,8 @@ package rt_core_pkg;
     logic [31:0] lanes;              // traversal lanes, one step a clock each
     logic [31:0] contexts_per_lane;  // rays in flight a lane
     logic [31:0] data_bits;          // AXI data bus
-    logic [31:0] node_lines;         // 64-byte lines of the node cache; every lane has a copy
+    logic [31:0] node_pairs;         // node pairs of the node cache, 16 bytes each; every lane has a copy
+    logic [31:0] node_line_pairs;    // pairs a line: 1, 2 or 4
     logic [31:0] leaf_lines;
     logic [31:0] list_lines;
     logic [31:0] triangle_lines;     // 48 bytes each
@@ -19,23 +20,23 @@ package rt_core_pkg;
 
   // One lane: for tests and for small parts.
   localparam config_t ConfigSmall = '{
-      lanes: 1, contexts_per_lane: 64, data_bits: 64, node_lines: 256, leaf_lines: 256, list_lines: 64, triangle_lines: 512, ways: 2,
+      lanes: 1, contexts_per_lane: 64, data_bits: 64, node_pairs: 1024, node_line_pairs: 4, leaf_lines: 256, list_lines: 64, triangle_lines: 512, ways: 2,
       mshrs: 8, mail_entries: 8};
   // ECP5-85F: four lanes and 128 contexts.
   localparam config_t ConfigEcp5 = '{
-      lanes: 4, contexts_per_lane: 32, data_bits: 64, node_lines: 512, leaf_lines: 512, list_lines: 64, triangle_lines: 1024, ways: 2,
+      lanes: 4, contexts_per_lane: 32, data_bits: 64, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 512, list_lines: 64, triangle_lines: 1024, ways: 2,
       mshrs: 8, mail_entries: 8};
   // The same with a bus of 16 bytes.
   localparam config_t ConfigEcp5x128 = '{
-      lanes: 4, contexts_per_lane: 32, data_bits: 128, node_lines: 512, leaf_lines: 512, list_lines: 64, triangle_lines: 1024, ways: 2,
+      lanes: 4, contexts_per_lane: 32, data_bits: 128, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 512, list_lines: 64, triangle_lines: 1024, ways: 2,
       mshrs: 8, mail_entries: 8};
   // For larger parts.
   localparam config_t ConfigWide = '{
-      lanes: 8, contexts_per_lane: 32, data_bits: 128, node_lines: 256, leaf_lines: 512, list_lines: 64, triangle_lines: 1024, ways: 2,
+      lanes: 8, contexts_per_lane: 32, data_bits: 128, node_pairs: 1024, node_line_pairs: 4, leaf_lines: 512, list_lines: 64, triangle_lines: 1024, ways: 2,
       mshrs: 8, mail_entries: 8};
 
   localparam int unsigned AddrBits = 40;
-  localparam logic [31:0] LineShift = 6;  // 64-byte lines
+  localparam int unsigned LineShift = 6;  // 64-byte lines
   localparam int unsigned MshrIdBits = 3;
   localparam int unsigned SourceBits = 4;
   localparam int unsigned IdBits = SourceBits + MshrIdBits;

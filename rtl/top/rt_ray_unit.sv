@@ -1,10 +1,11 @@
 // Ray unit: reads rays in bursts, prepares them (rt_ray_setup) and gives each a free context.
 //
-// Order       row_i = 0: one after the other. Otherwise the rays are an image with rows of row_i, visited in tiles of TileSide x TileSide:
-//             neighbours above and below need the same leaves and triangles as those beside, and are visited while these are cached.
+// Order       row_i = 0: one after the other. Otherwise the rays are an image with rows of row_i, visited in tiles of TileWidth x TileHeight,
+//             row by row: neighbours above and below need the same leaves and triangles as those beside, and are visited while these are
+//             cached. Tiles are high, so that an image has few bands of them: what lies across two bands is fetched twice.
 //             Any row_i is safe: every index below count_i is visited once (rows are ignored where their sums could overflow).
-// Reads       At most RaysPerBurst rays, within an aligned block of as many, so that no burst crosses 4 KB; as many in flight as the ray FIFO
-//             has room for. One id, so the answers come in order; u_order remembers which rays they are.
+// Reads       Only the beats that hold fields; where that leaves out the end of a record, one ray a burst. Otherwise at most RaysPerBurst
+//             rays, within an aligned block of as many, so that no burst crosses 4 KB; as many in flight as the ray FIFO has room for. One id, so the answers come in order; u_order remembers which rays they are.
 // Context     Consecutive rays go to one lane, BlockRays at a time, as long as it has a free context; otherwise to any lane.
 // Launch      launch_valid_o with everything that the units keep of a ray; all of them take it in the same clock.
 // Faults      A ray that could not be read, or that rt_ray_setup rejects, is launched with the fault and ends at once in its lane.
@@ -39,10 +40,12 @@ module rt_ray_unit #(
     input  logic [ContextBits-1:0]           free_context_i,
     output logic [ContextBits:0]             used_o  // contexts that hold a ray
 );
-  localparam int unsigned RaysPerBurst = 4;
   localparam int unsigned BlockRays = 8;
   localparam int unsigned QueueRays = 16;
-  localparam int unsigned RayBeats = rt_contract_pkg::RayUsedBits / DataBits;
+  localparam int unsigned FieldBits = 3 * rt_contract_pkg::PositionBits + 3 * rt_contract_pkg::DirectionBits +
+                                      rt_contract_pkg::TLimitBits + rt_contract_pkg::FlagBits;
+  localparam int unsigned RayBeats = (FieldBits + DataBits - 1) / DataBits;
+  localparam int unsigned RaysPerBurst = RayBeats * DataBits == rt_contract_pkg::RayBytes * 8 ? 4 : 1;
   localparam int unsigned BeatBits = $clog2(RayBeats);
   localparam int unsigned RayShift = $clog2(rt_contract_pkg::RayBytes);
   localparam int unsigned RoomBits = $clog2(QueueRays + 1);
@@ -64,8 +67,10 @@ module rt_ray_unit #(
   logic [2:0] push_number_q;  // rays of the oldest burst that have been pushed
 
   // --- requests: a position in the image, advanced by a burst or to the next row of the tile ---
-  localparam int unsigned TileSide = 8;
-  localparam int unsigned TileBits = $clog2(TileSide);
+  localparam int unsigned TileWidth = 8;
+  localparam int unsigned TileHeight = 32;
+  localparam int unsigned TileBits = $clog2(TileWidth);
+  localparam int unsigned LineBits = $clog2(TileHeight);
   typedef struct packed {
     logic [31:0] index;
     logic [2:0]  count;
@@ -74,7 +79,7 @@ module rt_ray_unit #(
   logic [31:0]                      band_q;      // index of the first ray of the row of tiles
   logic [31:0]                      line_q;      // index of the first ray of the row
   logic [31:0]                      column_q;    // of the tile
-  logic [TileBits-1:0]              line_number_q;
+  logic [LineBits-1:0]              line_number_q;
   logic [TileBits:0]                done_q;      // rays of this row of the tile
   logic [31:0]                      row, index, in_row, in_list;
   logic [rt_core_pkg::AddrBits-1:0] addr;
@@ -86,12 +91,12 @@ module rt_ray_unit #(
   rt_core_pkg::read_request_t       fetch_q;
   order_t                           order;
 
-  // Eight rows beyond the last ray still fit 32 bits.
-  assign row         = (row_i < count_i && count_i[31:28] == '0) ? row_i : '0;
+  // A band of tiles beyond the last ray still fits 32 bits.
+  assign row         = (row_i < count_i && count_i[31:31-LineBits] == '0) ? row_i : '0;
   assign index       = line_q + column_q + 32'(done_q);
   assign addr        = base_i + rt_core_pkg::AddrBits'({index, RayShift'(0)});
-  assign to_boundary = 3'(RaysPerBurst) - 3'(addr[RayShift+:2]);
-  assign in_tile     = (TileBits + 1)'(TileSide) - done_q;
+  assign to_boundary = RaysPerBurst > 1 ? 3'(RaysPerBurst) - 3'(addr[RayShift+:2]) : 3'd1;
+  assign in_tile     = (TileBits + 1)'(TileWidth) - done_q;
   // Without rows there is one, of all rays.
   assign in_row  = (row == '0 ? count_i : row) - column_q - 32'(done_q);
   assign in_list = index < count_i ? count_i - index : '0;
@@ -104,8 +109,8 @@ module rt_ray_unit #(
   assign fetch_open = left_q != '0 && room_q >= RoomBits'(RaysPerBurst) && order_room && (!fetch_valid_q || fetch_ready_i);
   assign fetch_go   = fetch_open && burst != '0;
   assign row_ends   = fetch_open && ((TileBits + 1)'(burst) == in_tile || 32'(burst) == in_row || 32'(burst) == in_list);
-  assign last_line  = row == '0 || line_number_q == TileBits'(TileSide - 1);
-  assign last_tile  = row != '0 && column_q + 32'(TileSide) >= row;
+  assign last_line  = row == '0 || line_number_q == LineBits'(TileHeight - 1);
+  assign last_tile  = row != '0 && column_q + 32'(TileWidth) >= row;
   always_ff @(posedge clk_i) begin
     if (start_i) begin
       left_q        <= count_i;
@@ -121,7 +126,7 @@ module rt_ray_unit #(
         line_number_q <= last_line ? '0 : line_number_q + 1'b1;
         line_q        <= last_line ? band_q : line_q + row;
         if (last_line) begin
-          column_q <= column_q + 32'(TileSide);
+          column_q <= column_q + 32'(TileWidth);
           if (last_tile) begin
             column_q <= '0;
             band_q   <= line_q + row;
@@ -169,14 +174,14 @@ module rt_ray_unit #(
   assign fetch_o       = fetch_q;
 
   // --- answers: beats to rays ---
-  logic [rt_contract_pkg::RayUsedBits-1:0] gather_q;
+  logic [RayBeats*DataBits-1:0]            gather_q;
   logic [BeatBits-1:0]                     beat_q;
   always_ff @(posedge clk_i) begin
     push_q <= 1'b0;
     if (push_q) push_number_q <= push_number_q + 3'd1 == order.count ? '0 : push_number_q + 3'd1;
     if (fill_valid_i) begin
-      gather_q     <= {fill_data_i, gather_q[rt_contract_pkg::RayUsedBits-1:DataBits]};
-      beat_q       <= beat_q + 1'b1;
+      gather_q     <= {fill_data_i, gather_q[RayBeats*DataBits-1:DataBits]};
+      beat_q       <= beat_q == BeatBits'(RayBeats - 1) ? '0 : beat_q + 1'b1;
       push_q       <= beat_q == BeatBits'(RayBeats - 1);
       push_error_q <= error_q || fill_error_i;
       error_q      <= beat_q != BeatBits'(RayBeats - 1) && (error_q || fill_error_i);
@@ -200,7 +205,7 @@ module rt_ray_unit #(
       .rst_ni,
       .in_valid_i (push_q),
       .in_ready_o (push_room),
-      .in_data_i  ('{index: order.index + 32'(push_number_q), error: push_error_q, ray: gather_q}),
+      .in_data_i  ('{index: order.index + 32'(push_number_q), error: push_error_q, ray: rt_contract_pkg::RayUsedBits'(gather_q)}),
       .out_valid_o(queue_valid),
       .out_ready_i(queue_ready),
       .out_data_o (queue_data),
