@@ -34,7 +34,7 @@ constexpr bool fits_unsigned(std::uint64_t value, int width) { return width == 6
 /// Two siblings and the parent they share. 16 bytes: four pairs a 64-byte line, 8 bytes a node.
 struct NodePairRecord {
   static constexpr int kWords = 2;
-  std::int32_t left_split{};  ///< Split plane of the left node (interior).
+  std::int32_t left_split{};  ///< Split plane of the left node (interior); size code (leaf).
   std::uint32_t left_axis{};  ///< Split axis of the left node, or axis_leaf.
   std::uint32_t left_child{};  ///< Pair of its children (interior) or leaf record (leaf).
   std::int32_t right_split{};  ///< Same for the right node.
@@ -91,16 +91,16 @@ struct NodePairRecord {
   friend bool operator==(const NodePairRecord&, const NodePairRecord&) = default;
 };
 
-/// Leaf: parent, six bounding planes, six face links, references.
+/// Leaf: six bounding planes, six face links, parent, references. In this order: the fewer references, the less has to be read.
 struct LeafRecord {
   static constexpr int kWords = 8;
   std::array<std::int32_t, 6> bound{};  ///< Planes by face: x lower, x upper, y lower, ...
   std::array<std::uint32_t, 6> link{};  ///< By face: the far child of the ancestor whose split is that plane; 0: the face is the scene box.
-  std::uint32_t parent{};  ///< Parent of the leaf (0 with the leaf itself being the root).
   std::uint32_t kind{};  ///< kind_triangles or kind_instance.
-  std::uint32_t count{};  ///< Number of references.
-  std::uint32_t list_base{};  ///< Where references leaf_inline and up stand in the list.
+  std::uint32_t parent{};  ///< Parent of the leaf (0 with the leaf itself being the root).
   std::array<std::uint32_t, 5> refs{};  ///< The first references.
+  std::uint32_t count{};  ///< Number of references; engines read it where the node's size code is leaf_long.
+  std::uint32_t list_base{};  ///< Where references leaf_inline and up stand in the list.
 
   static constexpr LeafRecord unpack(const std::uint64_t* words) {
     LeafRecord r;
@@ -116,15 +116,15 @@ struct LeafRecord {
     r.link[3] = static_cast<std::uint32_t>(detail::get_bits(words, 234, 24));
     r.link[4] = static_cast<std::uint32_t>(detail::get_bits(words, 258, 24));
     r.link[5] = static_cast<std::uint32_t>(detail::get_bits(words, 282, 24));
-    r.parent = static_cast<std::uint32_t>(detail::get_bits(words, 306, 24));
-    r.kind = static_cast<std::uint32_t>(detail::get_bits(words, 330, 2));
-    r.count = static_cast<std::uint32_t>(detail::get_bits(words, 332, 24));
-    r.list_base = static_cast<std::uint32_t>(detail::get_bits(words, 356, 28));
-    r.refs[0] = static_cast<std::uint32_t>(detail::get_bits(words, 384, 24));
-    r.refs[1] = static_cast<std::uint32_t>(detail::get_bits(words, 408, 24));
-    r.refs[2] = static_cast<std::uint32_t>(detail::get_bits(words, 432, 24));
-    r.refs[3] = static_cast<std::uint32_t>(detail::get_bits(words, 456, 24));
-    r.refs[4] = static_cast<std::uint32_t>(detail::get_bits(words, 480, 24));
+    r.kind = static_cast<std::uint32_t>(detail::get_bits(words, 306, 2));
+    r.parent = static_cast<std::uint32_t>(detail::get_bits(words, 308, 24));
+    r.refs[0] = static_cast<std::uint32_t>(detail::get_bits(words, 332, 24));
+    r.refs[1] = static_cast<std::uint32_t>(detail::get_bits(words, 356, 24));
+    r.refs[2] = static_cast<std::uint32_t>(detail::get_bits(words, 380, 24));
+    r.refs[3] = static_cast<std::uint32_t>(detail::get_bits(words, 404, 24));
+    r.refs[4] = static_cast<std::uint32_t>(detail::get_bits(words, 428, 24));
+    r.count = static_cast<std::uint32_t>(detail::get_bits(words, 452, 24));
+    r.list_base = static_cast<std::uint32_t>(detail::get_bits(words, 476, 28));
     return r;
   }
 
@@ -142,26 +142,26 @@ struct LeafRecord {
     detail::put_bits(words, 234, 24, link[3]);
     detail::put_bits(words, 258, 24, link[4]);
     detail::put_bits(words, 282, 24, link[5]);
-    detail::put_bits(words, 306, 24, parent);
-    detail::put_bits(words, 330, 2, kind);
-    detail::put_bits(words, 332, 24, count);
-    detail::put_bits(words, 356, 28, list_base);
-    detail::put_bits(words, 384, 24, refs[0]);
-    detail::put_bits(words, 408, 24, refs[1]);
-    detail::put_bits(words, 432, 24, refs[2]);
-    detail::put_bits(words, 456, 24, refs[3]);
-    detail::put_bits(words, 480, 24, refs[4]);
+    detail::put_bits(words, 306, 2, kind);
+    detail::put_bits(words, 308, 24, parent);
+    detail::put_bits(words, 332, 24, refs[0]);
+    detail::put_bits(words, 356, 24, refs[1]);
+    detail::put_bits(words, 380, 24, refs[2]);
+    detail::put_bits(words, 404, 24, refs[3]);
+    detail::put_bits(words, 428, 24, refs[4]);
+    detail::put_bits(words, 452, 24, count);
+    detail::put_bits(words, 476, 28, list_base);
   }
 
   constexpr bool fits() const {
     bool ok = true;
     for (auto x : bound) ok = ok && detail::fits_signed(x, 27);
     for (auto x : link) ok = ok && detail::fits_unsigned(x, 24);
-    ok = ok && detail::fits_unsigned(parent, 24);
     ok = ok && detail::fits_unsigned(kind, 2);
+    ok = ok && detail::fits_unsigned(parent, 24);
+    for (auto x : refs) ok = ok && detail::fits_unsigned(x, 24);
     ok = ok && detail::fits_unsigned(count, 24);
     ok = ok && detail::fits_unsigned(list_base, 28);
-    for (auto x : refs) ok = ok && detail::fits_unsigned(x, 24);
     return ok;
   }
 
@@ -170,11 +170,11 @@ struct LeafRecord {
   void visit(Visitor&& visitor) {
     for (auto& x : bound) visitor("bound", x, 27);
     for (auto& x : link) visitor("link", x, 24);
-    visitor("parent", parent, 24);
     visitor("kind", kind, 2);
+    visitor("parent", parent, 24);
+    for (auto& x : refs) visitor("refs", x, 24);
     visitor("count", count, 24);
     visitor("list_base", list_base, 28);
-    for (auto& x : refs) visitor("refs", x, 24);
   }
   friend bool operator==(const LeafRecord&, const LeafRecord&) = default;
 };

@@ -552,13 +552,16 @@ class Emitter {
     if (child >= 1u << contract::kPairIndexBits)
       throw Error("kd-tree: more than " + std::to_string(1u << contract::kPairIndexBits) +
                   " node pairs or leaves, too many for a memory image");
+    // A leaf's split is its size code.
+    const auto split = leaf ? static_cast<std::int32_t>(std::min<std::uint32_t>(node.count, contract::kLeafLong))
+                            : node.split;
     NodePairRecord& pair = pairs_[index >> 1];
     if (index & 1) {
-      pair.right_split = node.split;
+      pair.right_split = split;
       pair.right_axis = node.axis;
       pair.right_child = child;
     } else {
-      pair.left_split = node.split;
+      pair.left_split = split;
       pair.left_axis = node.axis;
       pair.left_child = child;
     }

@@ -321,9 +321,12 @@ TreeTotals check_tree(const MemoryImage& image) {
       expect(false, "node pair " + std::to_string(side.child), "parent", parent, std::to_string(node));
   };
   const auto on_leaf = [&](std::uint32_t node, const Side& side, const Cell& cell) {
-    if (side.split != 0) expect(false, pair_name(node), "split", side.split, "0 for a leaf");
     if (side.child >= h.leaf_count)
       expect(false, pair_name(node), "child", side.child, "below leaf_count = " + std::to_string(h.leaf_count));
+    const std::uint32_t size = std::min<std::uint32_t>(image.leaf(side.child).count, contract::kLeafLong);
+    if (side.split != static_cast<std::int32_t>(size))
+      expect(false, pair_name(node), "split", side.split,
+             std::to_string(size) + ", the size code of " + leaf_name(side.child));
     if (leaf_reached[side.child])
       expect(false, pair_name(node), "child", side.child, "a leaf record that no other node leads to");
     leaf_reached[side.child] = true;

@@ -52,9 +52,10 @@ inline constexpr int kWiden = 32;  // 2^-19: a triangle is referenced from every
 inline constexpr int kBoxPad = 1024;  // 2^-14: the root box is the box of the triangles and this, so that entry points lie in front of them.
 inline constexpr int kAxisLeaf = 3;  // Axis code of a leaf.
 inline constexpr int kLeafInline = 5;  // References a leaf record holds itself; the rest follow in the list.
+inline constexpr int kLeafLong = 6;  // Size code of a leaf with more references than its record holds. The size code of any other leaf is their number.
 inline constexpr std::uint32_t kNoTriangle = 4294967295u;  // Triangle id of a miss.
 inline constexpr int kImageMagic = 1145787474;  // 'RTKD', first word of a memory image.
-inline constexpr int kImageVersion = 1;  // Version of the memory image.
+inline constexpr int kImageVersion = 2;  // Version of the memory image.
 inline constexpr int kKindTriangles = 0;  // Leaf of triangles.
 inline constexpr int kKindInstance = 1;  // Leaf that is an instance (reserved: transform and root of another tree).
 inline constexpr int kStatusMiss = 0;  // No triangle in [0, t_max].
@@ -67,7 +68,7 @@ inline constexpr int kStatusInvariant = 6;  // t_exit < t at a leaf: bounds and 
 inline constexpr int kStatusBusError = 7;  // The memory answered with an error (core only).
 
 inline constexpr int kNodePairBytes = 16;  // Two siblings and the parent they share. 16 bytes: four pairs a 64-byte line, 8 bytes a node.
-inline constexpr int kLeafBytes = 64;  // Leaf: parent, six bounding planes, six face links, references.
+inline constexpr int kLeafBytes = 64;  // Leaf: six bounding planes, six face links, parent, references. In this order: the fewer references, the less has to be read.
 inline constexpr int kTriangleBytes = 64;  // Unit-triangle transform. 64-byte stride, 48 bytes are read. Vertices are ordered so that height(v) >= height(u) >= height(w).
 inline constexpr int kTriangleUsedBytes = 48;
 inline constexpr int kRayBytes = 32;  // Ray as the host writes it; the origin lies in the root box.

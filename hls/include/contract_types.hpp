@@ -102,17 +102,17 @@ inline void pack_node_pair(const node_pair_record& r, word_t words[1]) {
   words[0] = high0 | low0;
 }
 
-// Leaf: parent, six bounding planes, six face links, references.
+// Leaf: six bounding planes, six face links, parent, references. In this order: the fewer references, the less has to be read.
 static const int kLeafWords = 4;       // words that are read
 static const int kLeafStride = 4;      // words from one record to the next
 struct leaf_record {
   position_t bound[6];
   node_index_t link[6];
-  node_index_t parent;
   axis_t kind;
+  node_index_t parent;
+  triangle_index_t refs[5];
   triangle_index_t count;
   list_index_t list_base;
-  triangle_index_t refs[5];
 };
 inline leaf_record unpack_leaf(const word_t words[4]) {
   leaf_record r;
@@ -152,23 +152,27 @@ inline leaf_record unpack_leaf(const word_t words[4]) {
   r.link[3] = link3_low;
   r.link[4] = w4 >> 2;
   r.link[5] = w4 >> 26;
-  ap_uint<24> parent0_low = w4 >> 50;
+  r.kind = w4 >> 50;
+  ap_uint<24> parent0_low = w4 >> 52;
   ap_uint<24> parent0_high = w5;
-  parent0_high <<= 14;
+  parent0_high <<= 12;
   parent0_low |= parent0_high;
   r.parent = parent0_low;
-  r.kind = w5 >> 10;
-  r.count = w5 >> 12;
-  r.list_base = w5 >> 36;
-  r.refs[0] = w6;
-  r.refs[1] = w6 >> 24;
-  ap_uint<24> refs2_low = w6 >> 48;
-  ap_uint<24> refs2_high = w7;
-  refs2_high <<= 16;
+  r.refs[0] = w5 >> 12;
+  r.refs[1] = w5 >> 36;
+  ap_uint<24> refs2_low = w5 >> 60;
+  ap_uint<24> refs2_high = w6;
+  refs2_high <<= 4;
   refs2_low |= refs2_high;
   r.refs[2] = refs2_low;
-  r.refs[3] = w7 >> 8;
-  r.refs[4] = w7 >> 32;
+  r.refs[3] = w6 >> 20;
+  ap_uint<24> refs4_low = w6 >> 44;
+  ap_uint<24> refs4_high = w7;
+  refs4_high <<= 20;
+  refs4_low |= refs4_high;
+  r.refs[4] = refs4_low;
+  r.count = w7 >> 4;
+  r.list_base = w7 >> 28;
   return r;
 }
 inline void pack_leaf(const leaf_record& r, word_t words[4]) {
@@ -235,45 +239,48 @@ inline void pack_leaf(const leaf_record& r, word_t words[4]) {
   ap_uint<64> link5_0 = link5;
   link5_0 <<= 26;
   w4 |= link5_0;
-  const ap_uint<24> parent0 = r.parent;
-  ap_uint<64> parent0_0 = parent0;
-  parent0_0 <<= 50;
-  w4 |= parent0_0;
-  ap_uint<64> parent0_14 = parent0 >> 14;
-  w5 |= parent0_14;
   const ap_uint<2> kind0 = r.kind;
   ap_uint<64> kind0_0 = kind0;
-  kind0_0 <<= 10;
-  w5 |= kind0_0;
-  const ap_uint<24> count0 = r.count;
-  ap_uint<64> count0_0 = count0;
-  count0_0 <<= 12;
-  w5 |= count0_0;
-  const ap_uint<28> list_base0 = r.list_base;
-  ap_uint<64> list_base0_0 = list_base0;
-  list_base0_0 <<= 36;
-  w5 |= list_base0_0;
+  kind0_0 <<= 50;
+  w4 |= kind0_0;
+  const ap_uint<24> parent0 = r.parent;
+  ap_uint<64> parent0_0 = parent0;
+  parent0_0 <<= 52;
+  w4 |= parent0_0;
+  ap_uint<64> parent0_12 = parent0 >> 12;
+  w5 |= parent0_12;
   const ap_uint<24> refs0 = r.refs[0];
   ap_uint<64> refs0_0 = refs0;
-  w6 |= refs0_0;
+  refs0_0 <<= 12;
+  w5 |= refs0_0;
   const ap_uint<24> refs1 = r.refs[1];
   ap_uint<64> refs1_0 = refs1;
-  refs1_0 <<= 24;
-  w6 |= refs1_0;
+  refs1_0 <<= 36;
+  w5 |= refs1_0;
   const ap_uint<24> refs2 = r.refs[2];
   ap_uint<64> refs2_0 = refs2;
-  refs2_0 <<= 48;
-  w6 |= refs2_0;
-  ap_uint<64> refs2_16 = refs2 >> 16;
-  w7 |= refs2_16;
+  refs2_0 <<= 60;
+  w5 |= refs2_0;
+  ap_uint<64> refs2_4 = refs2 >> 4;
+  w6 |= refs2_4;
   const ap_uint<24> refs3 = r.refs[3];
   ap_uint<64> refs3_0 = refs3;
-  refs3_0 <<= 8;
-  w7 |= refs3_0;
+  refs3_0 <<= 20;
+  w6 |= refs3_0;
   const ap_uint<24> refs4 = r.refs[4];
   ap_uint<64> refs4_0 = refs4;
-  refs4_0 <<= 32;
-  w7 |= refs4_0;
+  refs4_0 <<= 44;
+  w6 |= refs4_0;
+  ap_uint<64> refs4_20 = refs4 >> 20;
+  w7 |= refs4_20;
+  const ap_uint<24> count0 = r.count;
+  ap_uint<64> count0_0 = count0;
+  count0_0 <<= 4;
+  w7 |= count0_0;
+  const ap_uint<28> list_base0 = r.list_base;
+  ap_uint<64> list_base0_0 = list_base0;
+  list_base0_0 <<= 28;
+  w7 |= list_base0_0;
   word_t high0 = w1;
   high0 <<= 64;
   const word_t low0 = w0;

@@ -20,6 +20,7 @@ static const int kPhaseFinish = 4;  // write the hit
 
 static const int kLineWords = 4;  // 128-bit words in a 64-byte line
 typedef ap_uint<48> iteration_t;
+typedef ap_uint<contract::kPositionBits> size_code_t;  // the bits of a leaf's split
 typedef ap_uint<34> address_t;  // word address: lines are counted in 32 bits
 
 // What the header says, as the walk needs it.
@@ -195,7 +196,7 @@ inline void leave_leaf(context& c, bool parent_links) {
 }
 
 inline void arrive_at_leaf(context& c, const word_t* leaves, const image_view& view, const pair_index_t& index,
-                           bool parent_links) {
+                           const size_code_t& size, bool parent_links) {
   if (index >= view.leaf_count) {
     fail(c, contract::kStatusBadIndex);
     return;
@@ -229,7 +230,9 @@ LINK:
     if (c.exit.face == face) c.link = leaf.link[face];
   }
   c.parent = leaf.parent;
+  // The node says how many references there are, unless the list is needed.
   c.count = leaf.count;
+  if (size < contract::kLeafLong) c.count = size;
   c.list_base = leaf.list_base;
   c.next = 0;
 REFS:
@@ -243,7 +246,7 @@ REFS:
     fail(c, contract::kStatusBadRecord);
   } else if (c.exit.broken) {
     fail(c, contract::kStatusInvariant);
-  } else if (leaf.count == 0) {
+  } else if (c.count == 0) {
     leave_leaf(c, parent_links);
   }
 }
@@ -267,7 +270,8 @@ inline void step_down(context& c, const word_t* pairs, const word_t* leaves, con
     child = pair.right_child;
   }
   if (axis == contract::kAxisLeaf) {
-    arrive_at_leaf(c, leaves, view, child, parent_links);
+    const size_code_t size = split;
+    arrive_at_leaf(c, leaves, view, child, size, parent_links);
     return;
   }
   kd_descend_in_record in;

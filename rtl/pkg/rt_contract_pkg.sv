@@ -106,12 +106,14 @@ package rt_contract_pkg;
   localparam axis_t AxisLeaf = 2'd3;
   // References a leaf record holds itself; the rest follow in the list.
   localparam int unsigned LeafInline = 5;
+  // Size code of a leaf with more references than its record holds. The size code of any other leaf is their number.
+  localparam int unsigned LeafLong = 6;
   // Triangle id of a miss.
   localparam triangle_id_t NoTriangle = 32'd4294967295;
   // 'RTKD', first word of a memory image.
   localparam int unsigned ImageMagic = 1145787474;
   // Version of the memory image.
-  localparam int unsigned ImageVersion = 1;
+  localparam int unsigned ImageVersion = 2;
   // Leaf of triangles.
   localparam int unsigned KindTriangles = 0;
   // Leaf that is an instance (reserved: transform and root of another tree).
@@ -146,16 +148,16 @@ package rt_contract_pkg;
     position_t left_split;
   } node_pair_record_t;
 
-  // Leaf: parent, six bounding planes, six face links, references.
+  // Leaf: six bounding planes, six face links, parent, references. In this order: the fewer references, the less has to be read.
   localparam int unsigned LeafBytes = 64;
   localparam int unsigned LeafUsedBits = 512;
   typedef struct packed {
     logic [7:0] padding;
-    triangle_index_t [4:0] refs;
     list_index_t list_base;
     triangle_index_t count;
-    axis_t kind;
+    triangle_index_t [4:0] refs;
     node_index_t parent;
+    axis_t kind;
     node_index_t [5:0] link;
     position_t [5:0] bound;
   } leaf_record_t;

@@ -371,7 +371,7 @@ module rt_core #(
   context_t                           iter_context, references_context, leave_context;
   rt_core_pkg::references_t           references;
   rt_core_pkg::leave_t                leave;
-  logic [22:0]                        leaf_key;
+  rt_core_pkg::leaf_key_t             leaf_key;
   logic [rt_core_pkg::MshrIdBits-1:0] leaf_mshr;
   rt_leaf_unit #(
       .Config(Config)
@@ -380,6 +380,7 @@ module rt_core #(
       .rst_ni,
       .flush_i             (flush),
       .view_i              (view),
+      .parent_links_i,
       .ray_valid_i         (ray_go),
       .ray_context_i       (ray_context),
       .ray_i               (walk_ray),
@@ -411,7 +412,8 @@ module rt_core #(
       .leaf_o              (leaf_counted)
   );
   assign source_request[rt_core_pkg::SourceLeaf] =
-      request(view.leaf_base, {1'b0, leaf_key, {rt_core_pkg::LineShift{1'b0}}}, rt_contract_pkg::LeafBytes, rt_core_pkg::SourceLeaf, leaf_mshr);
+      request(view.leaf_base, {1'b0, leaf_key.leaf, {rt_core_pkg::LineShift{1'b0}}},
+              rt_core_pkg::LeafReadBytes + 8 * 32'(leaf_key.beats), rt_core_pkg::SourceLeaf, leaf_mshr);
 
   // --- references and tests ---
   typedef struct packed {

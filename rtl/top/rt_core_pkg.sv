@@ -28,11 +28,11 @@ package rt_core_pkg;
       mshrs: 8, mail_entries: 8};
   // The same with a bus of 16 bytes.
   localparam config_t ConfigEcp5x128 = '{
-      lanes: 4, contexts_per_lane: 32, data_bits: 128, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 512, list_lines: 64, triangle_lines: 1024, ways: 2,
+      lanes: 4, contexts_per_lane: 32, data_bits: 128, node_pairs: 2048, node_line_pairs: 2, leaf_lines: 512, list_lines: 64, triangle_lines: 1024, ways: 2,
       mshrs: 8, mail_entries: 8};
   // For larger parts.
   localparam config_t ConfigWide = '{
-      lanes: 8, contexts_per_lane: 32, data_bits: 128, node_pairs: 1024, node_line_pairs: 4, leaf_lines: 512, list_lines: 64, triangle_lines: 1024, ways: 2,
+      lanes: 8, contexts_per_lane: 32, data_bits: 128, node_pairs: 1024, node_line_pairs: 2, leaf_lines: 512, list_lines: 64, triangle_lines: 1024, ways: 2,
       mshrs: 8, mail_entries: 8};
 
   localparam int unsigned AddrBits = 40;
@@ -60,6 +60,15 @@ package rt_core_pkg;
   // What a context is told to do, beside the contract's error statuses (2 .. 7): go on, or finish with the best hit so far.
   localparam rt_contract_pkg::status_t EventGoOn = 4'd0;
   localparam rt_contract_pkg::status_t EventFinish = 4'd15;
+
+  // Size code of a leaf; LeafLong stands for every code that is not a number of references.
+  typedef logic [$clog2(rt_contract_pkg::LeafLong+1)-1:0] leaf_size_t;
+  // What the leaf cache looks up: how much of the record is needed (40 bytes and as many beats of 8), and the record.
+  localparam int unsigned LeafReadBytes = 40;
+  typedef struct packed {
+    logic [1:0]                   beats;
+    rt_contract_pkg::pair_index_t leaf;
+  } leaf_key_t;
 
   // A ray as traversal sees it.
   typedef struct packed {
@@ -100,6 +109,7 @@ package rt_core_pkg;
   typedef struct packed {
     rt_contract_pkg::status_t     event_code;
     rt_contract_pkg::pair_index_t leaf;
+    leaf_size_t                   size;
     rt_contract_pkg::node_index_t node;
     rt_contract_pkg::t_t          t;
     logic [31:0]                  steps;

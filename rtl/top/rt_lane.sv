@@ -72,6 +72,7 @@ module rt_lane #(
 
   // --- who is ready ---
   logic [Contexts-1:0] ready_q, ready_d, error_q, error_d, picked;
+  logic [Contexts-1:0] launched_q;  // no step since the launch
   logic                pick_valid, pick_error;
   context_t            pick;
 
@@ -91,7 +92,8 @@ module rt_lane #(
   // --- S1: the state is there ---
   logic                        s1_valid_q, s1_error_q;
   context_t                    s1_context_q;
-  state_t                      s1_state;
+  state_t                      s1_state, s1_stepped, s1_launched;
+  logic                        s1_launched_q;
   rt_contract_pkg::pair_index_t s1_pair;
   rt_contract_pkg::status_t    s1_event;
   logic                        s1_look;
@@ -136,11 +138,14 @@ module rt_lane #(
   rt_contract_pkg::axis_t            s3_axis;
   rt_contract_pkg::pair_index_t      s3_child;
   logic [31:0]                       s3_steps;
+  rt_core_pkg::leaf_size_t           s3_size;
 
   assign s3_right   = s3_state_q.up ? s3_state_q.parent[0] : s3_state_q.node[0];
   assign s3_split   = s3_right ? s3_pair_q.right_split : s3_pair_q.left_split;
   assign s3_axis    = s3_right ? s3_pair_q.right_axis : s3_pair_q.left_axis;
   assign s3_child   = s3_right ? s3_pair_q.right_child : s3_pair_q.left_child;
+  assign s3_size    = unsigned'(s3_split) < rt_contract_pkg::PositionBits'(rt_contract_pkg::LeafLong) ?
+                        rt_core_pkg::leaf_size_t'(s3_split) : rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong);
   assign s3_steps   = s3_state_q.steps + 32'd1;
   assign s3_at_leaf = s3_axis == rt_contract_pkg::AxisLeaf;
   assign s3_out     = s3_valid_q && (s3_event_q != rt_core_pkg::EventGoOn || (!s3_state_q.up && s3_at_leaf));
@@ -225,6 +230,7 @@ module rt_lane #(
     out_in.ctx            = s3_context_q;
     out_in.arrival.event_code = s3_event_q;
     out_in.arrival.leaf       = s3_child;
+    out_in.arrival.size       = s3_size;
     out_in.arrival.node       = s3_state_q.node;
     out_in.arrival.t          = s3_segment_q.t;
     out_in.arrival.steps      = s3_steps;
@@ -246,13 +252,13 @@ module rt_lane #(
   assign out_context_o = out_data.ctx;
   assign out_data_o    = out_data.arrival;
 
-  // --- state: one writer a clock; launches first, then the way up ---
+  // --- state: what a step leaves, the way up first; what a launch says, in a memory of its own ---
   state_t   state_write;
   context_t state_context;
   logic     state_write_en;
-  assign backtrack_take = !launch_valid_i;
-  assign descend_take   = !launch_valid_i && !backtrack_valid;
-  assign state_write_en = launch_valid_i || backtrack_valid || descend_valid;
+  assign backtrack_take = 1'b1;
+  assign descend_take   = !backtrack_valid;
+  assign state_write_en = backtrack_valid || descend_valid;
   always_comb begin
     state_context = descend_tag.ctx;
     state_write   = '{
@@ -262,16 +268,7 @@ module rt_lane #(
             parent: '0,
             node: descend_out.node
         };
-    if (launch_valid_i) begin
-      state_context = launch_context_i;
-      state_write   = '{
-              steps: launch_i.steps,
-              fault: launch_i.fault,
-              up: launch_i.up,
-              parent: launch_i.parent,
-              node: launch_i.node
-          };
-    end else if (backtrack_valid) begin
+    if (backtrack_valid) begin
       state_context      = backtrack_tag.ctx;
       state_write.steps  = backtrack_tag.steps;
       state_write.node   = backtrack_out.node;
@@ -293,8 +290,28 @@ module rt_lane #(
       .write_data_i(state_write),
       .read_en_i   (pick_valid),
       .read_addr_i (pick),
-      .read_data_o (s1_state)
+      .read_data_o (s1_stepped)
   );
+  rt_ram_sdp #(
+      .Depth (Contexts),
+      .data_t(state_t)
+  ) u_launch (
+      .clk_i,
+      .rst_ni,
+      .write_en_i  (launch_valid_i),
+      .write_addr_i(launch_context_i),
+      .write_data_i('{
+          steps: launch_i.steps,
+          fault: launch_i.fault,
+          up: launch_i.up,
+          parent: launch_i.parent,
+          node: launch_i.node
+      }),
+      .read_en_i   (pick_valid),
+      .read_addr_i (pick),
+      .read_data_o (s1_launched)
+  );
+  assign s1_state = s1_launched_q ? s1_launched : s1_stepped;
   rt_ram_sdp #(
       .Depth (Contexts),
       .data_t(segment_t)
@@ -326,6 +343,7 @@ module rt_lane #(
     ready_d = (ready_q & ~picked) | wake_i;
     if (s3_replay) ready_d[s3_context_q] = 1'b1;
     if (state_write_en) ready_d[state_context] = 1'b1;
+    if (launch_valid_i) ready_d[launch_context_i] = 1'b1;
     error_d = (error_q & ~picked) | wake_error_i;
   end
 
@@ -335,6 +353,9 @@ module rt_lane #(
     s1_valid_q   <= pick_valid;
     s1_error_q   <= pick_error;
     s1_context_q <= pick;
+    s1_launched_q <= (launched_q & picked) != '0;
+    if (state_write_en) launched_q[state_context] <= 1'b0;
+    if (launch_valid_i) launched_q[launch_context_i] <= 1'b1;
     s2_valid_q   <= s1_valid_q;
     s2_context_q <= s1_context_q;
     s2_state_q   <= s1_state;
@@ -363,5 +384,6 @@ module rt_lane #(
   assign up_o             = backtrack_enter;
 
   `RT_ASSERT(NotReadyTwice, !state_write_en || !ready_q[state_context])
+  `RT_ASSERT(LaunchedOnce, !launch_valid_i || !ready_q[launch_context_i] && !(state_write_en && state_context == launch_context_i))
   `RT_ASSERT(WakesNobodyTwice, (wake_i & ready_q) == '0)
 endmodule

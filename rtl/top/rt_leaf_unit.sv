@@ -3,6 +3,7 @@
 // Purpose     One context a clock: P0 pick   P1 check, look up   P2 cache answers   P3 enter rt_leaf_exit. What comes out is kept as
 //             how the leaf is left (leave_*, for the result unit) and what is to be tested (references, iter_*). Leaves without
 //             references, and contexts that end here, go to the result unit at once (out_*).
+// Reads       As much of a record as its size code says; the code is part of the cache's key.
 // Misses      Parked in the cache and picked again. Replay as in rt_lane.
 // Order       Of statuses as in hls/top/trace.cpp: index, kind, t_exit < t, count.
 // Counterpart arrive_at_leaf in hls/top/trace.cpp. Source: Lee 2007, section 3.
@@ -17,6 +18,7 @@ module rt_leaf_unit #(
     input  logic                               rst_ni,
     input  logic                               flush_i,
     input  rt_core_pkg::image_view_t           view_i,
+    input  logic                               parent_links_i,
     input  logic                               ray_valid_i,
     input  logic [ContextBits-1:0]             ray_context_i,
     input  rt_core_pkg::walk_ray_t             ray_i,
@@ -42,7 +44,7 @@ module rt_leaf_unit #(
     output rt_contract_pkg::status_t           out_event_o,
     output logic                               fetch_valid_o,
     input  logic                               fetch_ready_i,
-    output logic [22:0]                        fetch_key_o,
+    output rt_core_pkg::leaf_key_t             fetch_key_o,
     output logic [rt_core_pkg::MshrIdBits-1:0] fetch_mshr_o,
     input  logic                               fill_valid_i,
     input  logic [rt_core_pkg::MshrIdBits-1:0] fill_mshr_i,
@@ -93,6 +95,16 @@ module rt_leaf_unit #(
   end
   assign p1_look = p1_valid_q && p1_fault == rt_core_pkg::EventGoOn;
 
+  // Planes, links and kind are always read, the parent where walks climb, and as many references as there are. Refs end at bits 380, 428, 452.
+  rt_core_pkg::leaf_key_t p1_key;
+  always_comb begin
+    p1_key.leaf  = p1_arrival.leaf;
+    p1_key.beats = 2'd3;
+    if (p1_arrival.size <= 3'd4) p1_key.beats = 2'd2;
+    if (p1_arrival.size <= 3'd2) p1_key.beats = 2'd1;
+    if (p1_arrival.size == '0 && !parent_links_i) p1_key.beats = 2'd0;
+  end
+
   rt_ram_sdp #(
       .Depth (Contexts),
       .data_t(rt_core_pkg::arrival_t)
@@ -118,7 +130,7 @@ module rt_leaf_unit #(
   rt_cache #(
       .Lines       (Config.leaf_lines),
       .Ways        (Config.ways),
-      .KeyBits     (rt_contract_pkg::PairIndexBits),
+      .KeyBits     ($bits(rt_core_pkg::leaf_key_t)),
       .DataBits    (DataBits),
       .WordBits    (512),
       .WordsPerLine(1),
@@ -129,7 +141,7 @@ module rt_leaf_unit #(
       .rst_ni,
       .flush_i,
       .req_valid_i (p1_look),
-      .req_key_i   (p1_arrival.leaf),
+      .req_key_i   (p1_key),
       .req_word_i  (1'b0),
       .req_waiter_i(p1_context_q),
       .rsp_valid_o (p2_look),
@@ -172,6 +184,7 @@ module rt_leaf_unit #(
   rt_contract_pkg::leaf_exit_in_record_t exit_in;
   rt_contract_pkg::leaf_exit_out_record_t exit_out;
   tag_t                                  tag_in, tag_out;
+  rt_contract_pkg::triangle_index_t      p3_count;
   logic                                  exit_valid, exit_take;
 
   always_comb begin
@@ -187,7 +200,7 @@ module rt_leaf_unit #(
     tag_in.fault       = p3_fault_q;
     tag_in.bad_kind    = p3_leaf_q.kind != rt_contract_pkg::axis_t'(rt_contract_pkg::KindTriangles);
     tag_in.steps       = p3_arrival_q.steps;
-    tag_in.count       = p3_leaf_q.count;
+    tag_in.count       = p3_count;
     tag_in.node        = p3_arrival_q.node;
     tag_in.parent      = p3_leaf_q.parent;
     tag_in.upper       = ~p3_ray_q.negative;
@@ -195,6 +208,8 @@ module rt_leaf_unit #(
       tag_in.link[axis] = p3_ray_q.negative[axis] ? p3_leaf_q.link[2*axis] : p3_leaf_q.link[2*axis+1];
     end
   end
+  assign p3_count  = p3_arrival_q.size < rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong) ?
+                       rt_contract_pkg::triangle_index_t'(p3_arrival_q.size) : p3_leaf_q.count;
   assign enter     = p3_valid_q && enter_ready;
   assign p3_replay = p3_valid_q && !enter_ready;
 
@@ -217,7 +232,7 @@ module rt_leaf_unit #(
   assign references_o = '{
           steps: p3_arrival_q.steps,
           list_base: p3_leaf_q.list_base,
-          count: p3_leaf_q.count,
+          count: p3_count,
           refs: p3_leaf_q.refs
       };
 

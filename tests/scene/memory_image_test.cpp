@@ -139,7 +139,7 @@ TEST(MemoryImageCheck, RefusesCorruptionAndNamesTheRecord) {
 
   const std::vector<Corruption> table = {
       {"magic", header([](auto& r) { r.magic ^= 1; }), {"header", "magic"}},
-      {"version", header([](auto& r) { r.version = 2; }), {"header", "version is 2"}},
+      {"version", header([](auto& r) { ++r.version; }), {"header", "version is 3"}},
       {"lines", header([](auto& r) { ++r.lines; }), {"header", "lines"}},
       {"pair_offset", header([](auto& r) { ++r.pair_offset; }), {"header", "pair_offset"}},
       {"pair_offset huge", header([](auto& r) { r.pair_offset = ~0u; }), {"header", "pair_offset"}},
@@ -193,8 +193,11 @@ TEST(MemoryImageCheck, RefusesCorruptionAndNamesTheRecord) {
        pair(leaf_pair, [](auto& r) { r.left_child = (1u << 23) - 1; }),
        {of("node pair", leaf_pair), "child"}},
       {"leaf with a split",
-       pair(leaf_pair, [](auto& r) { r.left_split = 5; }),
-       {of("node pair", leaf_pair), "split is 5"}},
+       pair(leaf_pair, [](auto& r) { r.left_split = 7; }),
+       {of("node pair", leaf_pair), "split is 7", "size code"}},
+      {"leaf with another size",
+       pair(leaf_pair, [](auto& r) { r.left_split = r.left_split == 0 ? 1 : r.left_split - 1; }),
+       {of("node pair", leaf_pair), "size code"}},
       {"another's leaf", pair(leaf_pair, [&](auto& r) { r.left_child ^= 1; }), {"leaf record"}},
 
       {"bound", leaf(short_leaf, [](auto& r) { --r.bound[3]; }), {of("leaf record", short_leaf), "bound[3]"}},
