@@ -553,8 +553,8 @@ class Emitter {
       throw Error("kd-tree: more than " + std::to_string(1u << contract::kPairIndexBits) +
                   " node pairs or leaves, too many for a memory image");
     // A leaf's split is its size code.
-    const auto split = leaf ? static_cast<std::int32_t>(std::min<std::uint32_t>(node.count, contract::kLeafLong))
-                            : node.split;
+    const auto split =
+        leaf ? static_cast<std::int32_t>(std::min<std::uint32_t>(node.count, contract::kLeafLong)) : node.split;
     NodePairRecord& pair = pairs_[index >> 1];
     if (index & 1) {
       pair.right_split = split;

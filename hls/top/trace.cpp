@@ -21,7 +21,7 @@ static const int kPhaseFinish = 4;  // write the hit
 static const int kLineWords = 4;  // 128-bit words in a 64-byte line
 typedef ap_uint<48> iteration_t;
 typedef ap_uint<contract::kPositionBits> size_code_t;  // the bits of a leaf's split
-typedef ap_uint<34> address_t;  // word address: lines are counted in 32 bits
+typedef ap_uint<34> address_t;                         // word address: lines are counted in 32 bits
 
 // What the header says, as the walk needs it.
 struct image_view {

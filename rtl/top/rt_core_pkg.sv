@@ -15,25 +15,25 @@ package rt_core_pkg;
     logic [31:0] triangle_lines;     // 48 bytes each
     logic [31:0] ways;               // 1 or 2, every cache
     logic [31:0] mshrs;              // misses in flight a cache
-    logic [31:0] mail_entries;           // entries a ray, 0 for none
+    logic [31:0] mail_entries;       // entries a ray, 0 for none
   } config_t;
 
   // One lane: for tests and for small parts.
   localparam config_t ConfigSmall = '{
-      lanes: 1, contexts_per_lane: 64, data_bits: 64, node_pairs: 1024, node_line_pairs: 4, leaf_lines: 256, list_lines: 64, triangle_lines: 512, ways: 2,
-      mshrs: 8, mail_entries: 8};
-  // ECP5-85F: four lanes and 128 contexts.
+      lanes: 1, contexts_per_lane: 64, data_bits: 64, node_pairs: 1024, node_line_pairs: 4,
+      leaf_lines: 256, list_lines: 64, triangle_lines: 512, ways: 2, mshrs: 8, mail_entries: 8};
+  // ECP5-85F: four lanes and 128 contexts. Here the bus is the limit, so a line is one pair: nothing is read that no ray asked for.
   localparam config_t ConfigEcp5 = '{
-      lanes: 4, contexts_per_lane: 32, data_bits: 64, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 512, list_lines: 64, triangle_lines: 1024, ways: 2,
-      mshrs: 8, mail_entries: 8};
-  // The same with a bus of 16 bytes.
+      lanes: 4, contexts_per_lane: 32, data_bits: 64, node_pairs: 2048, node_line_pairs: 1,
+      leaf_lines: 1024, list_lines: 128, triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8};
+  // The same with a bus of 16 bytes. Now lanes are the limit, so a line is two pairs: fewer misses.
   localparam config_t ConfigEcp5x128 = '{
-      lanes: 4, contexts_per_lane: 32, data_bits: 128, node_pairs: 2048, node_line_pairs: 2, leaf_lines: 512, list_lines: 64, triangle_lines: 1024, ways: 2,
-      mshrs: 8, mail_entries: 8};
+      lanes: 4, contexts_per_lane: 32, data_bits: 128, node_pairs: 2048, node_line_pairs: 2,
+      leaf_lines: 1024, list_lines: 128, triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8};
   // For larger parts.
   localparam config_t ConfigWide = '{
-      lanes: 8, contexts_per_lane: 32, data_bits: 128, node_pairs: 1024, node_line_pairs: 2, leaf_lines: 512, list_lines: 64, triangle_lines: 1024, ways: 2,
-      mshrs: 8, mail_entries: 8};
+      lanes: 8, contexts_per_lane: 32, data_bits: 128, node_pairs: 1024, node_line_pairs: 2,
+      leaf_lines: 512, list_lines: 64, triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8};
 
   localparam int unsigned AddrBits = 40;
   localparam int unsigned LineShift = 6;  // 64-byte lines

@@ -11,6 +11,7 @@
 #include "golden/image/renderer.hpp"
 #include "testbench/cli/commands.hpp"
 #include "testbench/cli/engines.hpp"
+#include "testbench/cli/pipeline_view.hpp"
 #include "testbench/cli/progress.hpp"
 #include "testbench/csim/csim_engine.hpp"
 #ifdef RETRACE_RTL
@@ -26,6 +27,7 @@ namespace {
 struct BenchArguments {
   std::vector<std::string> scenes, engines;
   std::string size = "640x480";
+  std::string pipeline;
   bool json = false;
   int repeat = 3;
 };
@@ -187,7 +189,9 @@ class Bench {
     quantise_all(world, rays, loaded.grid.transform, loaded.grid.box, false);
     std::vector<Hit> hits(rays.size());
     core.set_ray_row(static_cast<std::uint32_t>(size.width));
-    core.trace(rays, hits, {}, {});
+    TraceOptions options;
+    options.mailbox = core.identity().mail_entries;
+    core.trace(rays, hits, {}, options);
     const cosim::CoreCounters& c = core.counters();
     const auto clocks = static_cast<double>(c.clocks), n = static_cast<double>(std::max<std::uint64_t>(c.rays, 1));
     // Whoever misses looks up again and hits, so every access is a hit in the end; a miss is a line that was fetched.
@@ -269,6 +273,22 @@ void print_rtl(const nlohmann::ordered_json& rtl) {
   }
 }
 
+std::vector<PipelineRun> pipeline_runs(const nlohmann::ordered_json& rtl) {
+  std::vector<PipelineRun> runs;
+  for (const auto& run : rtl) {
+    char text[96];
+    std::snprintf(text, sizeof text, ": %.2f clocks/ray, %.3f steps/clock, %.0f bytes/ray",
+                  run["clocks_per_ray"].get<double>(), run["steps_per_clock"].get<double>(),
+                  run["bytes_per_ray"].get<double>());
+    PipelineRun& to = runs.emplace_back();
+    to.title = run["scene"].get<std::string>() + ", " + run["config"].get<std::string>() + text;
+    for (const auto& [name, unit] : run["units"].items())
+      to.units.push_back(
+          {name, unit["busy"].get<double>(), unit["starved"].get<double>(), unit["blocked"].get<double>()});
+  }
+  return runs;
+}
+
 void run_bench(BenchArguments& a, const Common& common) {
   parse_size(a.size);
   if (a.engines.empty()) a.engines = {"golden", "csim"};
@@ -278,10 +298,21 @@ void run_bench(BenchArguments& a, const Common& common) {
     std::error_code ignored;
     if (std::filesystem::exists(kEngineModel, ignored)) a.scenes.emplace_back(kEngineModel);
   }
+  std::optional<OutputFile> pipeline;
+  if (!a.pipeline.empty()) {
+    if (std::none_of(a.engines.begin(), a.engines.end(), [](const auto& e) { return find_engine(e).name == "rtl"; }))
+      throw UsageError("--pipeline shows the units of the RTL core: it needs --engine rtl");
+    is_linear_format(a.pipeline);
+    pipeline.emplace(a.pipeline);
+  }
   Bench bench(a, common);
   nlohmann::ordered_json scenes = nlohmann::ordered_json::array();
   for (const std::string& scene : a.scenes) scenes.push_back(bench.measure(scene));
   print_rtl(bench.rtl());
+  if (pipeline) {
+    write_raster(*pipeline, pipeline_view(pipeline_runs(bench.rtl())));
+    pipeline->commit();
+  }
   if (a.json) {
     nlohmann::ordered_json json = {{"scenes", scenes}};
     if (!bench.rtl().empty()) json["rtl"] = bench.rtl();
@@ -311,6 +342,10 @@ void add_bench(CLI::App& app, Program& program) {
   command->add_option("--repeat", a->repeat, "Runs of which the best counts")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000));
+  command
+      ->add_option("--pipeline", a->pipeline,
+                   "Picture of where the clocks of each unit of the RTL core went: busy, starved, blocked")
+      ->type_name("FILE");
   add_engine_options(*command);
   add_common(*command, program);
   command->footer(

@@ -1,7 +1,7 @@
 // rtl_bench: primary rays of a scene through the RTL core, in image order; prints where the clocks go and compares every hit with csim.
 // usage: rtl_bench SCENE CONFIGURATION WIDTHxHEIGHT [key=value...]
-//   latency=40 or latency=1-200, bytes=8 (a clock, 0: the bus), reorder=1, stall=20 (percent), up=parent|face, mailbox=1, seed=1,
-//   limit=100000 (clocks a ray before it gives up), waves=FILE.fst, shadow=1 (any-hit rays), rows=200-216 (only these rows of the image),
+//   latency=40 or latency=1-200, bytes=8 (a clock, 0: the bus), reorder=1, stall=20 (percent), up=parent|face, mailbox=0 (default 1), seed=1,
+//   limit=100000 (clocks a ray before it gives up), waves=FILE.fst, shadow=1 (any-hit rays from the primary hits to a lamp beside the camera), rows=200-216 (only these rows of the image),
 //   walk=tiles|rows (how the core visits the image; default tiles), tile=8 (the list itself in tiles; 1, the default, is image order)
 // Returns 0 if all hits are identical.
 #include <algorithm>
@@ -30,6 +30,33 @@ void print_unit(const char* name, const cosim::UnitClocks& unit) {
 /// Whoever misses looks up again and hits, so every access is a hit in the end; a miss is a line that had to be fetched.
 double rate(std::uint64_t hits, std::uint64_t misses) { return hits == 0 ? 1.0 : 1.0 - double(misses) / double(hits); }
 
+/// From where primary rays hit to a lamp above and beside the camera; the pixels without a hit have no ray, so the image keeps its rows.
+std::vector<GridRay> shadow_rays(std::span<const GridRay> primary, CsimEngine& csim, const GridScene& grid,
+                                 const ViewCamera& view) {
+  std::vector<Hit> hits(primary.size());
+  csim.trace(primary, hits, {}, {});
+  glm::dvec3 low(grid.box[0], grid.box[2], grid.box[4]), high(grid.box[1], grid.box[3], grid.box[5]);
+  const double size = glm::length(high - low) * 0x1p-24 / grid.transform.scale;
+  const glm::dvec3 lamp = view.eye() + 0.1 * size * (glm::dvec3(view.world[1]) - glm::dvec3(view.world[0]));
+  constexpr double kClearance = 1e-4;
+  std::vector<GridRay> rays(primary.size());
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const contract::RayRecord& r = primary[i].record;
+    rays[i].outside = true;
+    if (!hits[i].hit()) continue;
+    glm::dvec3 point;
+    for (int axis = 0; axis < 3; ++axis)
+      point[axis] = r.origin[axis] * 0x1p-24 + hits[i].t * r.direction[axis] * 0x1p-26;
+    WorldRay ray;
+    ray.origin = grid.transform.to_world(point);
+    ray.direction = lamp - ray.origin;
+    ray.t_min = kClearance;
+    ray.t_max = 1;
+    rays[i] = quantise(ray, grid.transform, grid.box, true);
+  }
+  return rays;
+}
+
 int run(int argc, char** argv) {
   const std::string scene_name = argv[1], configuration = argv[2];
   int width = 0, height = 0;
@@ -39,7 +66,8 @@ int run(int argc, char** argv) {
   options.configuration = configuration;
   options.ray_row = static_cast<std::uint32_t>(width);
   TraceOptions trace;
-  bool any = false;
+  trace.mailbox = kCsimMailbox;
+  bool shadow = false;
   int first_row = 0, last_row = height, tile = 1;
   for (int i = 4; i < argc; ++i) {
     const std::string text = argv[i];
@@ -67,7 +95,7 @@ int run(int argc, char** argv) {
     else if (key == "limit")
       options.clocks_per_ray = std::strtoull(value.c_str(), nullptr, 0);
     else if (key == "shadow")
-      any = value != "0";
+      shadow = value != "0";
     else if (key == "walk")
       options.ray_row = value == "rows" ? 0 : static_cast<std::uint32_t>(width);
     else if (key == "tile")
@@ -91,12 +119,15 @@ int run(int argc, char** argv) {
     for (int tile_x = 0; tile_x < width; tile_x += tile)
       for (int y = tile_y; y < std::min(tile_y + tile, last_row); ++y)
         for (int x = tile_x; x < std::min(tile_x + tile, width); ++x)
-          rays.push_back(quantise(view.ray(x + 0.5, y + 0.5, width, height), grid.transform, grid.box, any));
+          rays.push_back(quantise(view.ray(x + 0.5, y + 0.5, width, height), grid.transform, grid.box, false));
+
+  auto csim = make_csim_engine(image);
+  if (shadow) rays = shadow_rays(rays, *csim, grid, view);
+  const CsimTotals before = csim->totals();
 
   std::vector<Hit> hits(rays.size());
   auto rtl = make_rtl_engine(image, options);
   rtl->trace(rays, hits, {}, trace);
-  auto csim = make_csim_engine(image);
   csim->trace(rays, hits, {}, trace);
   std::uint64_t differ = 0;
   const auto a = rtl->raw_hits(), b = csim->raw_hits();
@@ -107,7 +138,7 @@ int run(int argc, char** argv) {
                   a[2 * i], b[2 * i + 1], b[2 * i]);
   }
   const auto& c = rtl->counters();
-  const auto per_ray = [&](std::uint64_t n) { return double(n) / double(c.rays); };
+  const auto per_ray = [&](std::uint64_t n) { return double(n) / double(std::max<std::uint64_t>(c.rays, 1)); };
   const int bytes = rtl->identity().data_bytes;
   std::printf("%s %s %dx%d: %" PRIu64 " rays, %" PRIu64 " differ from csim\n", scene_name.c_str(),
               configuration.c_str(), width, height, c.rays, differ);
@@ -116,8 +147,8 @@ int run(int argc, char** argv) {
   std::printf(
       "  a ray: down %.2f up %.2f leaf %.2f tests %.2f skipped %.2f; csim down %.2f up %.2f leaf %.2f tests %.2f\n",
       per_ray(c.down), per_ray(c.up), per_ray(c.leaf), per_ray(c.tests), per_ray(c.skipped),
-      per_ray(csim->totals().down), per_ray(csim->totals().up), per_ray(csim->totals().leaf),
-      per_ray(csim->totals().tests));
+      per_ray(csim->totals().down - before.down), per_ray(csim->totals().up - before.up),
+      per_ray(csim->totals().leaf - before.leaf), per_ray(csim->totals().tests - before.tests));
   std::printf(
       "  bytes/ray read %.1f written %.1f; hit rate node %.4f leaf %.4f list %.4f triangle %.4f; contexts in use "
       "%.1f\n",

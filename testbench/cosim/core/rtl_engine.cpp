@@ -7,6 +7,27 @@
 namespace retrace {
 namespace {
 
+/// Indices of the rays inside, in the order in which they stand in the core's memory: that of the list, which the core visits in tiles if it
+/// has rows. Where rays are missing, what is left has no rows; then the list itself is in the tiles of rtl/top/rt_ray_unit.sv.
+std::vector<std::size_t> rays_to_submit(std::span<const GridRay> rays, std::size_t row) {
+  constexpr std::size_t kTileWidth = 8, kTileHeight = 32;
+  const bool complete = std::none_of(rays.begin(), rays.end(), [](const GridRay& r) { return r.outside; });
+  std::vector<std::size_t> order;
+  order.reserve(rays.size());
+  const auto add = [&](std::size_t i) {
+    if (i < rays.size() && !rays[i].outside) order.push_back(i);
+  };
+  if (complete || row == 0) {
+    for (std::size_t i = 0; i < rays.size(); ++i) add(i);
+    return order;
+  }
+  for (std::size_t band = 0; band < rays.size(); band += kTileHeight * row)
+    for (std::size_t column = 0; column < row; column += kTileWidth)
+      for (std::size_t line = 0; line < kTileHeight; ++line)
+        for (std::size_t x = column; x < std::min(column + kTileWidth, row); ++x) add(band + line * row + x);
+  return order;
+}
+
 class Simulation final : public RtlEngine {
  public:
   Simulation(std::span<const std::uint64_t> image, const RtlOptions& options)
@@ -39,9 +60,7 @@ class Simulation final : public RtlEngine {
     if (options.mailbox != 0 && options.mailbox != driver_.identity().mail_entries)
       throw Error("rtl engine: the mailbox of this configuration has " +
                   std::to_string(driver_.identity().mail_entries) + " entries, or 0 to leave it off");
-    std::vector<std::size_t> inside;
-    for (std::size_t i = 0; i < rays.size(); ++i)
-      if (!rays[i].outside) inside.push_back(i);
+    const std::vector<std::size_t> inside = rays_to_submit(rays, options_.ray_row);
     constexpr std::size_t kRayWords = contract::RayRecord::kWords;
     std::vector<std::uint64_t> ray_words(kRayWords * inside.size()), hit_words(2 * inside.size());
     for (std::size_t i = 0; i < inside.size(); ++i) rays[inside[i]].record.pack(&ray_words[kRayWords * i]);

@@ -34,7 +34,7 @@ class RtlEngine : public Engine {
   /// Of the last run.
   virtual cosim::CoreStatus status() const = 0;
   /// The rays of trace() are an image with rows of so many; lets the core visit them in tiles. 0, the default: one after the other. Hits do not
-  /// depend on it. Used for frames without rays marked outside; those leave gaps, and what is left has no rows.
+  /// depend on it. Rays marked outside leave gaps, and what is left has no rows: it is handed over in tiles.
   virtual void set_ray_row(std::uint32_t rays) = 0;
   /// Clocks simulated and the seconds they took.
   virtual std::uint64_t simulated_clocks() const = 0;
