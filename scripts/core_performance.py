@@ -28,7 +28,7 @@ def main():
         "# What the RTL core does with its clocks",
         "",
         "Written by `scripts/core_performance.py`, which fails if a bound does not hold: primary rays in image order, 320x240, memory latency",
-        "40 clocks, closest hit. Shares of the clocks are busy / starved / blocked, in percent; bus: reads.",
+        "40 clocks, closest hit. Shares of the clocks are busy / starved / blocked, in percent; bus: a beat either way.",
         "",
         "| scene | configuration | bytes a clock | clocks a ray | bound | steps a clock | bound | bytes a ray | hit rate node, leaf, triangle |"
         " lanes | leaf unit | references | tri_test | bus |",

@@ -254,9 +254,10 @@ module rt_top #(
     step     = core_step;
     step[16] = CounterStepBits'(axi_r_valid_i);
     step[17] = CounterStepBits'(axi_w_valid_o && axi_w_ready_i);
-    step[27] = CounterStepBits'(axi_r_valid_i);
-    step[28] = CounterStepBits'(!axi_r_valid_i && outstanding_q == '0);
-    step[29] = CounterStepBits'(!axi_r_valid_i && outstanding_q != '0);
+    // Busy: a beat either way, as memories share their bandwidth between the two.
+    step[27] = CounterStepBits'(axi_r_valid_i || (axi_w_valid_o && axi_w_ready_i));
+    step[28] = CounterStepBits'(!axi_r_valid_i && !(axi_w_valid_o && axi_w_ready_i) && outstanding_q == '0);
+    step[29] = CounterStepBits'(!axi_r_valid_i && !(axi_w_valid_o && axi_w_ready_i) && outstanding_q != '0);
   end
   rt_counters #(
       .Count   (CounterCount),

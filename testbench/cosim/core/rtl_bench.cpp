@@ -164,7 +164,7 @@ int run(int argc, char** argv) {
   print_unit("leaf unit", c.leaf_unit);
   print_unit("references", c.references);
   print_unit("tri_test", c.tri_test);
-  print_unit("read bus", c.bus);
+  print_unit("bus", c.bus);
   return differ == 0 ? 0 : 1;
 }
 
