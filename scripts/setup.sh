@@ -7,7 +7,7 @@ cd "$(dirname "$0")/.."
 
 packages=(g++ clang cmake ninja-build ccache python3 python3-pip python3-venv pkg-config libglm-dev libtinygltf-dev libopenimageio-dev openimageio-tools
   libtbb-dev libcli11-dev nlohmann-json3-dev libgtest-dev libgmock-dev libembree-dev gappa assimp-testmodels clang-format clang-tidy
-  libclang-rt-14-dev verilator unzip zlib1g-dev)
+  libclang-rt-14-dev python3-clang-14 verilator unzip zlib1g-dev)
 
 missing=()
 for package in "${packages[@]}"; do
