@@ -3,7 +3,7 @@
 
 usage: hls_subset.py [--ap-types DIR] [--include DIR]... [--define NAME]... FOLDER|FILE...
 
-Every *.cpp of a FOLDER is parsed, and everything in its files is checked, headers too; of a FILE only itself. What the sources call in the
+Every *.cpp of a FOLDER is parsed (all together where they compile so), and everything in its files is checked, headers too; of a FILE only itself. What the sources call in the
 headers of ap_types and of the stream is taken for synthesizable. One finding a line, `file:line:column: rule: what`; exit code 1 if there are
 any, 2 if something could not be parsed. Rules:
   recursion  a function that can reach itself, or a call through a pointer, where nobody can tell
@@ -295,10 +295,18 @@ class Checker:
         for child in cursor.get_children():
             self.visit(child, function)
 
-    def parse(self, index, source, arguments):
+    def parse_all(self, index, sources, arguments):
+        """All sources as one translation unit, which reads ap_types once. False, and nothing said, if they do not compile together."""
+        name = os.path.join(os.path.dirname(os.path.abspath(sources[0])), "hls_subset_all.cpp")
+        text = "".join('#include "%s"\n' % os.path.abspath(source) for source in sources)
+        return self.parse(index, name, arguments, [(name, text)])
+
+    def parse(self, index, source, arguments, unsaved=None):
         """Checks what a translation unit has in files that no earlier one has shown."""
-        unit = index.parse(source, args=arguments, options=cindex.TranslationUnit.PARSE_DETAILED_PROCESSING_RECORD)
+        unit = index.parse(source, args=arguments, unsaved_files=unsaved, options=cindex.TranslationUnit.PARSE_DETAILED_PROCESSING_RECORD)
         errors = [str(d) for d in unit.diagnostics if d.severity >= cindex.Diagnostic.Error]
+        if errors and unsaved:
+            return False
         if errors:
             print("hls_subset: %s does not compile:\n  %s" % (source, "\n  ".join(errors[:10])), file=sys.stderr)
             return False
@@ -369,7 +377,9 @@ def main():
     checker = Checker(arguments.sources, includes)
     flags = ["-x", "c++", "-std=c++17"] + ["-I" + folder for folder in includes] + ["-D" + name for name in arguments.define]
     index = cindex.Index.create()
-    parsed = [checker.parse(index, unit, flags) for unit in units]
+    parsed = [len(units) > 1 and checker.parse_all(index, units, flags)]
+    if not parsed[0]:
+        parsed = [checker.parse(index, unit, flags) for unit in units]
     checker.check_recursion()
     for finding in sorted(checker.findings):
         print("%s:%d:%d: %s: %s" % finding)
