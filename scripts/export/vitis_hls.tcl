@@ -1,4 +1,4 @@
-# All steps of the older vitis_hls (2020.2 to 2023.1); newer releases: hls_config*.cfg. Choices come from the environment:
+# All steps of the older vitis_hls (2021.1 to 2023.1); newer releases: hls_config*.cfg. Choices come from the environment:
 #   RETRACE_TOP     trace (default), ray_setup, kd_descend, leaf_exit, kd_backtrack, tri_test, hit_finish
 #   RETRACE_TARGET  zynq (default; Zynq UltraScale+ XCZU3EG) or alveo (Alveo U50)
 #   RETRACE_STEPS   any of csim csynth cosim ip xo, in this order; default "csim csynth"

@@ -28,8 +28,10 @@ static_assert(kRayCount <= RETRACE_COSIM_RAYS && 2 * RETRACE_COSIM_RAYS == RETRA
               "more rays than the ports' depth");
 static_assert(kSummaryWords == RETRACE_COSIM_SUMMARY_WORDS, "depth of the summary");
 
-// As large as the depths of the ports say, and one place beyond what the kernel may write.
-static word_t image[RETRACE_COSIM_IMAGE_WORDS], rays[RETRACE_COSIM_RAY_WORDS];
+// As large as the depths of the ports say. A copy of the image for each of its ports: co-simulation gives every port a memory of its own.
+static word_t pairs[RETRACE_COSIM_IMAGE_WORDS], leaves[RETRACE_COSIM_IMAGE_WORDS];
+static word_t list[RETRACE_COSIM_IMAGE_WORDS], triangles[RETRACE_COSIM_IMAGE_WORDS];
+static word_t rays[RETRACE_COSIM_RAY_WORDS];
 static word_t hits[RETRACE_COSIM_RAYS], work[RETRACE_COSIM_RAYS];
 static ap_uint<64> summary[RETRACE_COSIM_SUMMARY_WORDS];
 
@@ -54,16 +56,16 @@ static void run(int image_lines, int ray_count, int options) {
   for (int i = 0; i < RETRACE_COSIM_RAYS; ++i) hits[i] = work[i] = untouched;
   for (int i = 0; i < RETRACE_COSIM_SUMMARY_WORDS; ++i) summary[i] = 0;
 #ifdef __BAMBU_SIM__
-  m_param_alloc(0, sizeof image);
-  m_param_alloc(1, sizeof image);
-  m_param_alloc(2, sizeof image);
-  m_param_alloc(3, sizeof image);
+  m_param_alloc(0, sizeof pairs);
+  m_param_alloc(1, sizeof leaves);
+  m_param_alloc(2, sizeof list);
+  m_param_alloc(3, sizeof triangles);
   m_param_alloc(4, sizeof rays);
   m_param_alloc(5, sizeof hits);
   m_param_alloc(6, sizeof work);
   m_param_alloc(7, sizeof summary);
 #endif
-  retrace_trace(image, image, image, image, rays, hits, work, summary, image_lines, ray_count, options);
+  retrace_trace(pairs, leaves, list, triangles, rays, hits, work, summary, image_lines, ray_count, options);
 }
 
 static int check(bool good, const char* what) {
@@ -96,8 +98,10 @@ static int check_hits(const char* what, int options, int count) {
 
 int main() {
   const word_t untouched = join(0x5a5a5a5a5a5a5a5aULL, 0x5a5a5a5a5a5a5a5aULL);
-  for (int i = 0; i < kImageWords; ++i) image[i] = join(kImage[2 * i], kImage[2 * i + 1]);
-  for (int i = kImageWords; i < RETRACE_COSIM_IMAGE_WORDS; ++i) image[i] = 0;
+  for (int i = 0; i < RETRACE_COSIM_IMAGE_WORDS; ++i) {
+    const word_t word = i < kImageWords ? join(kImage[2 * i], kImage[2 * i + 1]) : word_t(0);
+    pairs[i] = leaves[i] = list[i] = triangles[i] = word;
+  }
   for (int i = 0; i < RETRACE_COSIM_RAY_WORDS; ++i) rays[i] = 0;
   for (int i = 0; i < 2 * kRayCount; ++i) rays[i] = join(kRays[2 * i], kRays[2 * i + 1]);
 
@@ -108,12 +112,12 @@ int main() {
   wrong += check_hits("fewer rays than contexts", 0, 5);
   wrong += check(hits[5] == untouched && work[0] == untouched, "nothing written beyond the last ray");
 
-  const word_t header = image[0];
-  image[0] ^= word_t(1);
+  const word_t header = pairs[0];
+  pairs[0] ^= word_t(1);
   run(kImageWords / 4, kRayCount, 0);
   wrong += check(total(kSummaryStatus) == kFaultHeader && total(kSummaryRays) == 0 && hits[0] == untouched,
                  "an image without its magic is refused");
-  image[0] = header;
+  pairs[0] = header;
   run(kImageWords / 4 - 1, kRayCount, 0);
   wrong += check(total(kSummaryStatus) == kFaultLayout && hits[0] == untouched, "an image cut short is refused");
 
