@@ -23,8 +23,9 @@ if {[catch {current_project}]} {
   }
   read_verilog -sv $files
   read_verilog [file join $root rtl top rt_axi.v]
-  set_property include_dirs [file join $root rtl lib] [current_fileset]
 }
+# FuseSoC sources this script before it sets the include folders of its project.
+set_property include_dirs [list [file join $root rtl lib]] [current_fileset]
 set_property verilog_define [list RT_CONFIG=$config] [current_fileset]
 # Defines of this project do not travel with the IP, so the configuration does as a global include.
 file mkdir $output

@@ -229,7 +229,13 @@ def compile_(work, arguments):
     shim = os.path.join(work, "shim")
     write(os.path.join(shim, "ap_int.h"), '#pragma once\n#include "%s/ac_int.h"\ntemplate <int kBits>\nusing ap_int = ac_int<kBits, true>;\ntemplate <int kBits>\n'
           "using ap_uint = ac_int<kBits, false>;\n" % os.path.abspath(other))
-    result = run(["make", "-s", "-j2", "csim", "CXX=clang++", "AP_TYPES=" + shim], where)
+    bad = ""
+    for standard in ("c++14", "c++17"):
+        for source in SOURCES:
+            result = run(["clang++", "-std=" + standard, "-D__BAMBU__", "-I", shim, "-I", os.path.join(where, "testbench/csim/include"), "-fsyntax-only", os.path.join(where, source)], elsewhere)
+            bad += text_of(result) if result.returncode else ""
+    check(not bad, "every top as Bambu's front end reads it, on ac_types, C++14 and C++17", bad)
+    result = run(["make", "-s", "-j2", "csim", "CXX=clang++", "CXXFLAGS=-O0", "AP_TYPES=" + shim], where)
     check(result.returncode == 0, "csim on ac_types: the same bits", text_of(result))
 
 
@@ -366,6 +372,11 @@ def scripts(work, _):
             check("`define RT_CONFIG ConfigWide" in read(os.path.join(ip, "retrace_config.vh")), "vivado_ip.tcl: the configuration travels with the IP")
             widths = {call[2] for call in calls(result) if call[:2] == ["set_property", "value"]}
             check(widths == {"128"}, "vivado_ip.tcl: the wrapper's bus has the configuration's width", str(widths))
+    result = run(["tclsh", STUB, os.path.join(ROOT, "scripts/vivado_ip.tcl")], work, STUB_OPEN_PROJECT="1")
+    called = calls(result)
+    includes = [call[2] for call in called if call[:2] == ["set_property", "include_dirs"]]
+    check(result.returncode == 0 and not any(call[0] in ("create_project", "read_verilog") for call in called) and len(includes) == 1
+          and os.path.isfile(os.path.join(includes[0], "rt_assert.svh")), "vivado_ip.tcl in FuseSoC's project: its files, and the include folder", text_of(result))
     result = run(["tclsh", STUB, os.path.join(ROOT, "scripts/vivado_ip.tcl"), ip, "ConfigHuge"], work)
     check(result.returncode != 0 and "ConfigHuge" in result.stderr, "vivado_ip.tcl names a wrong configuration", text_of(result))
     core = read(os.path.join(ROOT, "rtl/top/rt_core_pkg.sv"))
