@@ -301,6 +301,18 @@ def scripts(work, _):
     for path in configs:
         check_config(where, path)
 
+    for top in STAGES + ["trace", "trace_xo"]:
+        lines = "".join(run(["make", "-n", "vitis-%s-%s" % (step, top)], where).stdout for step in ("csim", "csynth", "cosim", "package"))
+        used = re.findall(r"--config (\S+)", lines)
+        check(len(used) == 6 and all(os.path.join(where, name) in configs for name in used), "make vitis-STEP-%s" % top, lines)
+    for top in STAGES + ["trace"]:
+        line = run(["make", "-s", "bambu-" + top, "BAMBU=echo"], where).stdout
+        paths = re.findall(r"(?:^|=)(\S+\.cpp)", line)
+        function = (re.findall(r"--top-fname=(\w+)", line) or ["?"])[0]
+        there = [os.path.join(where, "build/bambu_" + top, path) for path in paths]
+        good = len(there) == 2 and all(os.path.isfile(path) for path in there) and re.search(r'^extern "C" void %s\(' % function, read(there[0]), re.M)
+        check(bool(good), "make bambu-%s" % top, line)
+
     host = {name.lower(): int(value, 16) for name, value in re.findall(r"^#define RETRACE_KERNEL_(\w+) (0x[0-9a-f]+)", read(os.path.join(where, "host/retrace_kernel.h")), re.M)}
     rule = registers(where)
     check(all(host.get(name) == offset for name, offset in rule.items()), "host/retrace_kernel.h follows from the kernel's arguments", "%s\n%s" % (host, rule))
