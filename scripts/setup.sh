@@ -7,7 +7,7 @@ cd "$(dirname "$0")/.."
 
 packages=(g++ clang cmake ninja-build ccache python3 python3-pip python3-venv pkg-config libglm-dev libtinygltf-dev libopenimageio-dev openimageio-tools
   libtbb-dev libcli11-dev nlohmann-json3-dev libgtest-dev libgmock-dev libembree-dev gappa assimp-testmodels clang-format clang-tidy
-  libclang-rt-14-dev verilator unzip zlib1g-dev)
+  libclang-rt-14-dev python3-clang-14 verilator make tcl unzip zlib1g-dev)
 
 missing=()
 for package in "${packages[@]}"; do
@@ -30,8 +30,9 @@ if ((${#missing[@]})); then
   rm -f /tmp/retrace-setup-$$.log
 fi
 
-# ap_types: a vendor installation if one is named, otherwise the Apache-2.0 headers inside the hls4ml wheel.
-if [ -z "${RETRACE_AP_TYPES:-}${XILINX_HLS:-}" ] && [ ! -f .env/ap_types/ap_int.h ]; then
+# ap_types: a vendor installation if one is named, otherwise the Apache-2.0 headers inside the hls4ml wheel. The same wheel has ac_types
+# (Apache-2.0), on which a test runs the kernels as well.
+if [ -z "${RETRACE_AP_TYPES:-}${XILINX_HLS:-}" ] && { [ ! -f .env/ap_types/ap_int.h ] || [ ! -f .env/ac_types/ac_int.h ]; }; then
   echo "setup: fetching ap_types (wheel hls4ml 1.3.0)" >&2
   rm -rf .env/ap_types.tmp
   mkdir -p .env/ap_types.tmp
@@ -39,10 +40,11 @@ if [ -z "${RETRACE_AP_TYPES:-}${XILINX_HLS:-}" ] && [ ! -f .env/ap_types/ap_int.
     echo "setup: cannot download the wheel in scripts/ap_types.txt; name a folder with ap_int.h in RETRACE_AP_TYPES instead" >&2
     exit 1
   }
-  unzip -q .env/ap_types.tmp/hls4ml-*.whl 'hls4ml/templates/vivado/ap_types/*' -d .env/ap_types.tmp
+  unzip -q .env/ap_types.tmp/hls4ml-*.whl 'hls4ml/templates/vivado/ap_types/*' 'hls4ml/templates/catapult/ac_types/include/ac_int.h' -d .env/ap_types.tmp
   # The wheel's stream header has an unclear licence; the project has its own (testbench/csim).
   rm -f .env/ap_types.tmp/hls4ml/templates/vivado/ap_types/hls_stream.h
-  rm -rf .env/ap_types
+  rm -rf .env/ap_types .env/ac_types
+  mv .env/ap_types.tmp/hls4ml/templates/catapult/ac_types/include .env/ac_types
   mv .env/ap_types.tmp/hls4ml/templates/vivado/ap_types .env/ap_types
   rm -rf .env/ap_types.tmp
 fi

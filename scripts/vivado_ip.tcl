@@ -23,9 +23,19 @@ if {[catch {current_project}]} {
   }
   read_verilog -sv $files
   read_verilog [file join $root rtl top rt_axi.v]
-  set_property include_dirs [file join $root rtl lib] [current_fileset]
 }
+# FuseSoC sources this script before it sets the include folders of its project.
+set_property include_dirs [list [file join $root rtl lib]] [current_fileset]
 set_property verilog_define [list RT_CONFIG=$config] [current_fileset]
+# Defines of this project do not travel with the IP, so the configuration does as a global include.
+file mkdir $output
+set header [file normalize [file join $output retrace_config.vh]]
+set channel [open $header w]
+puts $channel "`ifndef RT_CONFIG\n`define RT_CONFIG $config\n`endif"
+close $channel
+add_files -norecurse $header
+set_property file_type {Verilog Header} [get_files $header]
+set_property is_global_include true [get_files $header]
 set_property top rt_axi [current_fileset]
 update_compile_order -fileset [current_fileset]
 

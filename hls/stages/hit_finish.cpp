@@ -1,7 +1,7 @@
 // Streaming top of hit_finish: one record in, one record out, every clock.
 #include "hit_finish.hpp"
 
-#include <hls_stream.h>
+#include "../include/stream.hpp"
 
 extern "C" void hit_finish_top(hls::stream<retrace::hls::hit_finish_in_word_t>& in,
                                hls::stream<retrace::hls::hit_word_t>& out) {

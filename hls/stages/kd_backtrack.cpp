@@ -1,7 +1,7 @@
 // Streaming top of kd_backtrack: one record in, one record out, every clock.
 #include "kd_backtrack.hpp"
 
-#include <hls_stream.h>
+#include "../include/stream.hpp"
 
 extern "C" void kd_backtrack_top(hls::stream<retrace::hls::kd_backtrack_in_word_t>& in,
                                  hls::stream<retrace::hls::kd_backtrack_out_word_t>& out) {

@@ -1,7 +1,7 @@
 // Streaming top of kd_descend: one record in, one record out, every clock.
 #include "kd_descend.hpp"
 
-#include <hls_stream.h>
+#include "../include/stream.hpp"
 
 extern "C" void kd_descend_top(hls::stream<retrace::hls::kd_descend_in_word_t>& in,
                                hls::stream<retrace::hls::kd_descend_out_word_t>& out) {

@@ -1,7 +1,7 @@
 // Streaming top of leaf_exit: one record in, one record out, every clock.
 #include "leaf_exit.hpp"
 
-#include <hls_stream.h>
+#include "../include/stream.hpp"
 
 extern "C" void leaf_exit_top(hls::stream<retrace::hls::leaf_exit_in_word_t>& in,
                               hls::stream<retrace::hls::leaf_exit_out_word_t>& out) {

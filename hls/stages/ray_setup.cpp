@@ -1,7 +1,7 @@
 // Streaming top of ray_setup: one record in, one record out, every clock.
 #include "ray_setup.hpp"
 
-#include <hls_stream.h>
+#include "../include/stream.hpp"
 
 extern "C" void ray_setup_top(hls::stream<retrace::hls::ray_setup_in_word_t>& in,
                               hls::stream<retrace::hls::ray_setup_out_word_t>& out) {

@@ -1,7 +1,7 @@
 // Streaming top of tri_test: one record in, one record out, every clock.
 #include "tri_test.hpp"
 
-#include <hls_stream.h>
+#include "../include/stream.hpp"
 
 extern "C" void tri_test_top(hls::stream<retrace::hls::tri_test_in_word_t>& in,
                              hls::stream<retrace::hls::tri_test_out_word_t>& out) {

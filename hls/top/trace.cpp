@@ -18,10 +18,10 @@ static const int kPhaseTest = 2;    // one reference of the leaf
 static const int kPhaseUp = 3;      // one parent link
 static const int kPhaseFinish = 4;  // write the hit
 
-static const int kLineWords = 4;  // 128-bit words in a 64-byte line
-typedef ap_uint<48> iteration_t;
-typedef ap_uint<contract::kPositionBits> size_code_t;  // the bits of a leaf's split
-typedef ap_uint<34> address_t;                         // word address: lines are counted in 32 bits
+static const int kLineWords = 4;                              // 128-bit words in a 64-byte line
+static const unsigned long long kMaxIterations = 1ULL << 48;  // a static bound; 32 days at 100 MHz
+typedef ap_uint<contract::kPositionBits> size_code_t;         // the bits of a leaf's split
+typedef ap_uint<34> address_t;                                // word address: lines are counted in 32 bits
 
 // What the header says, as the walk needs it.
 struct image_view {
@@ -459,14 +459,14 @@ extern "C" void retrace_trace(const retrace::hls::word_t* pairs, const retrace::
                               ap_uint<64>* summary, ap_uint<32> image_lines, ap_uint<32> ray_count,
                               ap_uint<8> options) {
   using namespace retrace::hls;
-  RT_MEMORY(pairs, gmem_pairs)
-  RT_MEMORY(leaves, gmem_leaves)
-  RT_MEMORY(list, gmem_leaves)
-  RT_MEMORY(triangles, gmem_triangles)
-  RT_MEMORY(rays, gmem_rays)
-  RT_MEMORY(hits, gmem_rays)
-  RT_MEMORY(work, gmem_rays)
-  RT_MEMORY(summary, gmem_rays)
+  RT_MEMORY(pairs, gmem_pairs, RETRACE_COSIM_IMAGE_WORDS)
+  RT_MEMORY(leaves, gmem_leaves, RETRACE_COSIM_IMAGE_WORDS)
+  RT_MEMORY(list, gmem_leaves, RETRACE_COSIM_IMAGE_WORDS)
+  RT_MEMORY(triangles, gmem_triangles, RETRACE_COSIM_IMAGE_WORDS)
+  RT_MEMORY(rays, gmem_rays, RETRACE_COSIM_RAY_WORDS)
+  RT_MEMORY(hits, gmem_rays, RETRACE_COSIM_RAYS)
+  RT_MEMORY(work, gmem_rays, RETRACE_COSIM_RAYS)
+  RT_MEMORY(summary, gmem_summary, RETRACE_COSIM_SUMMARY_WORDS)
   RT_CONTROL(image_lines)
   RT_CONTROL(ray_count)
   RT_CONTROL(options)
@@ -496,11 +496,10 @@ CLEAR_CONTEXTS:
   ap_uint<32> next_ray = 0;
   ap_uint<32> finished = 0;
   ap_uint<8> turn = 0;
-  const iteration_t last_iteration = -1;
 BARREL:
-  for (iteration_t iteration = 0; iteration < last_iteration; ++iteration) {
+  for (unsigned long long iteration = 0; iteration < kMaxIterations; ++iteration) {
     RT_PIPELINE(1)
-    RT_INDEPENDENT(contexts, 32)
+    RT_INDEPENDENT(contexts, RETRACE_CONTEXTS)
     if (fault != kFaultNone || finished == ray_count) break;
     context& c = contexts[turn.to_uint()];
     if (c.phase == kPhaseIdle) {

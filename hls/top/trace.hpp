@@ -7,6 +7,13 @@
 /// Entries of the mailbox of a ray.
 #define RETRACE_MAILBOX 8
 
+/// Words of each array that the vendor's C/RTL co-simulation copies to its memories (depth of the ports): its testbench allocates as many. The
+/// kernel itself knows no such limit.
+#define RETRACE_COSIM_IMAGE_WORDS 2048
+#define RETRACE_COSIM_RAYS 96
+#define RETRACE_COSIM_RAY_WORDS 192
+#define RETRACE_COSIM_SUMMARY_WORDS 9
+
 /// Words of the summary: status of the run and totals.
 enum RetraceSummary {
   kSummaryStatus = 0,  ///< 0, or why nothing was traced (RetraceFault)

@@ -65,22 +65,22 @@ class Contract:
 
 # ------------------------------------------------------------------------------------------------ C++ constants
 def emit_constants(c):
-    out = [f"// {NOTE}", "// Widths, fraction bits, constants and record geometry: plain C++, no ap_types.", "#pragma once",
-           "#include <cstdint>", "", "namespace retrace::contract {", ""]
+    out = [f"// {NOTE}", "// Widths, fraction bits, constants and record geometry: plain C++, no ap_types, no library.", "#pragma once",
+           "", "namespace retrace::contract {", ""]
     for name, t in c.types.items():
-        out.append(f"inline constexpr int k{camel(name)}Bits = {t['width']};  // {c.q(t)}: {t['doc']}")
+        out.append(f"static constexpr int k{camel(name)}Bits = {t['width']};  // {c.q(t)}: {t['doc']}")
         if t["frac_bits"]:
-            out.append(f"inline constexpr int k{camel(name)}Frac = {t['frac_bits']};")
+            out.append(f"static constexpr int k{camel(name)}Frac = {t['frac_bits']};")
     out.append("")
     for name, k in c.consts.items():
-        kind = "std::int64_t" if k["value"] >= 1 << 32 else "std::uint32_t" if k["value"] >= 1 << 31 else "int"
-        suffix = "u" if kind == "std::uint32_t" else ""
-        out.append(f"inline constexpr {kind} k{camel(name)} = {k['value']}{suffix};  // {k['doc']}")
+        kind = "long long" if k["value"] >= 1 << 32 else "unsigned" if k["value"] >= 1 << 31 else "int"
+        suffix = "u" if kind == "unsigned" else ""
+        out.append(f"static constexpr {kind} k{camel(name)} = {k['value']}{suffix};  // {k['doc']}")
     out.append("")
     for name, r in c.records.items():
-        out.append(f"inline constexpr int k{camel(name)}Bytes = {r['bits'] // 8};  // {r['doc']}")
+        out.append(f"static constexpr int k{camel(name)}Bytes = {r['bits'] // 8};  // {r['doc']}")
         if r["used"] != r["bits"]:
-            out.append(f"inline constexpr int k{camel(name)}UsedBytes = {r['used'] // 8};")
+            out.append(f"static constexpr int k{camel(name)}UsedBytes = {r['used'] // 8};")
     out += ["", "}  // namespace retrace::contract", ""]
     return "\n".join(out)
 
