@@ -20,7 +20,8 @@ namespace retrace::lab {
 
 /// Rays of one purpose; pixel[i] is where ray i belongs in the picture.
 struct RayBatch {
-  std::vector<accel::Ray> rays;
+  std::vector<GridRay> grid;     ///< as quantised
+  std::vector<accel::Ray> rays;  ///< the same in double
   std::vector<std::uint32_t> pixel;
 };
 
