@@ -103,6 +103,7 @@ struct LabReport {
   LabOptions options;
   std::vector<SceneReport> scenes;
   double seconds = 0.0;
+  double cpu_seconds = 0.0;  ///< of all threads
   /// Rays on which any structure differs from another or from brute force.
   std::uint64_t differences() const;
 };
