@@ -19,7 +19,7 @@ enum class KdRecipe {
   kObjectMedian,
 };
 
-/// What is built once for a scene, with the seconds it took.
+/// What is built once for a scene, with the processor time it took, in seconds; build one after the other.
 class Workshop {
  public:
   explicit Workshop(const GridScene& scene) : scene_(scene), set_(from_grid(scene)) {}

@@ -56,8 +56,8 @@ struct KindResult {
 /// One structure with one traversal and one mailbox.
 struct Row {
   std::string key, structure, traversal, source;
-  int mailbox = 0;  ///< entries; accel::Mailbox::kExact; 0: none
-  double build_s = 0.0;
+  int mailbox = 0;       ///< entries; accel::Mailbox::kExact; 0: none
+  double build_s = 0.0;  ///< processor time
   accel::Footprint footprint;
   double references = 0.0;  ///< per triangle
   std::array<KindResult, kKinds> kinds;

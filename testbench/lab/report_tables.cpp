@@ -237,9 +237,10 @@ ordered_json to_json(const LabReport& report) {
 }
 
 std::string to_markdown(const LabReport& report) {
-  std::string out = number(report.seconds, 0) + " seconds, " + number(report.cpu_seconds, 0) +
-                    " of processor time, for everything on " + std::to_string(std::thread::hardware_concurrency()) +
-                    " processors. Other times are wall-clock, too.\n";
+  std::string out = "Everything took " + number(report.cpu_seconds, 0) + " seconds of processor time, " +
+                    number(report.seconds, 0) + " on the clock of a machine with " +
+                    std::to_string(std::thread::hardware_concurrency()) +
+                    " processors. Build times are processor time, those of animations are on the clock.\n";
   for (const SceneReport& scene : report.scenes) {
     out += "\n";
     out += "### " + scene.name + "\n";
