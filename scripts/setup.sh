@@ -1,13 +1,15 @@
 #!/usr/bin/env bash
 # Installs what the project needs and is not there yet: Debian packages with apt when root or sudo is available (otherwise it prints the exact
 # line and stops), ap_types out of a pinned wheel into .env/, and with --tools the pinned Python tools of lint and register generation
-# into .env/py. Does nothing when all is there.
+# into .env/py and what only tests look through (Chromium: the lab's page; ffmpeg: videos). Does nothing when all is there.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 packages=(g++ clang cmake ninja-build ccache python3 python3-pip python3-venv pkg-config libglm-dev libtinygltf-dev libopenimageio-dev openimageio-tools
   libtbb-dev libcli11-dev nlohmann-json3-dev libgtest-dev libgmock-dev libembree-dev gappa assimp-testmodels clang-format clang-tidy
   libclang-rt-14-dev python3-clang-14 verilator make tcl unzip zlib1g-dev)
+# Without these the program works and their tests are skipped.
+if [ "${1:-}" = --tools ]; then packages+=(chromium ffmpeg); fi
 
 missing=()
 for package in "${packages[@]}"; do

@@ -1,16 +1,19 @@
 // The list of all structures and traversals. A new one is added in make_catalogue().
 #include "catalogue.hpp"
 
-#include <chrono>
+#include <algorithm>
+#include <cmath>
+#include <ctime>
 
 namespace retrace::accel {
 namespace {
 
+/// Seconds of processor time, of all threads: what else the machine does must not decide between structures.
 template <class F>
 auto timed(F&& f, double& seconds) {
-  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t start = std::clock();
   auto result = f();
-  seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   return result;
 }
 
@@ -44,19 +47,19 @@ std::vector<Technique> make_catalogue() {
   walks.push_back({"face-links", "backtrack, face links", "this project", KdTraversal::kFaceLinks, 0});
   struct Split {
     std::string key, name, source;
-    BuildOptions::Split split;
+    KdRecipe recipe;
   };
   for (const Split& split :
-       {Split{"kd-sah", "kd-tree, SAH", "MacDonald & Booth 1990; ", BuildOptions::Split::kSah},
-        Split{"kd-spatial", "kd-tree, spatial median", "Kaplan 1985; ", BuildOptions::Split::kSpatialMedian},
-        Split{"kd-object", "kd-tree, object median", "Jansen 1986; ", BuildOptions::Split::kObjectMedian}}) {
+       {Split{"kd-sah", "kd-tree, SAH", "MacDonald & Booth 1990; ", KdRecipe::kSah},
+        Split{"kd-unclipped", "kd-tree, SAH, unclipped", "Pharr & Humphreys 2004; ", KdRecipe::kUnclipped},
+        Split{"kd-spatial", "kd-tree, spatial median", "Kaplan 1985; ", KdRecipe::kSpatialMedian},
+        Split{"kd-object", "kd-tree, object median", "Jansen 1986; ", KdRecipe::kObjectMedian}}) {
     for (const KdWalk& walk : walks) {
-      // All sizes of the short stack on the tree that one would build; one size stands for them on the two medians.
-      if (split.split != BuildOptions::Split::kSah && walk.traversal == KdTraversal::kShortStack && walk.entries != 4)
-        continue;
+      // All sizes of the short stack on the tree that one would build; one size stands for them on the others.
+      if (split.key != "kd-sah" && walk.traversal == KdTraversal::kShortStack && walk.entries != 4) continue;
       all.push_back({split.key + "/" + walk.key, split.name, walk.name, split.source + walk.source, true,
-                     [split = split.split, walk](Workshop& w, double& seconds) -> std::shared_ptr<const Structure> {
-                       return make_kd(w.kd(split, seconds), walk.traversal, walk.entries);
+                     [split, walk](Workshop& w, double& seconds) -> std::shared_ptr<const Structure> {
+                       return make_kd(w.kd(split.recipe, seconds), walk.traversal, walk.entries);
                      }});
     }
   }
@@ -90,13 +93,33 @@ std::vector<Technique> make_catalogue() {
   return all;
 }
 
+BuildOptions build_options(KdRecipe recipe, std::size_t triangles) {
+  BuildOptions options;
+  switch (recipe) {
+    case KdRecipe::kSah:
+      break;
+    case KdRecipe::kUnclipped:  // depth: Pharr & Humphreys 2004, section 4.5; a test costs many steps, as there
+      options.clip = false;
+      options.intersection_cost = 20.0, options.empty_bonus = 0.8;
+      options.max_depth =
+          static_cast<int>(std::lround(8 + 1.3 * std::log2(static_cast<double>(std::max<std::size_t>(triangles, 1)))));
+      break;
+    case KdRecipe::kSpatialMedian:
+      options.split = BuildOptions::Split::kSpatialMedian;
+      break;
+    case KdRecipe::kObjectMedian:
+      options.split = BuildOptions::Split::kObjectMedian;
+      break;
+  }
+  return options;
+}
+
 }  // namespace
 
-std::shared_ptr<const KdTree> Workshop::kd(BuildOptions::Split split, double& seconds) {
-  Made<KdTree>& made = kd_[static_cast<int>(split)];
+std::shared_ptr<const KdTree> Workshop::kd(KdRecipe recipe, double& seconds) {
+  Made<KdTree>& made = kd_[static_cast<int>(recipe)];
   if (!made.thing) {
-    BuildOptions options;
-    options.split = split;
+    const BuildOptions options = build_options(recipe, set_.triangles.size());
     const MemoryImage image = timed([&] { return build_kd(scene_, options); }, made.seconds);
     made.thing = decode_kd(image, set_);
   }

@@ -11,12 +11,20 @@
 
 namespace retrace::accel {
 
-/// What is built once for a scene, with the seconds it took.
+/// Which kd-tree.
+enum class KdRecipe {
+  kSah,        ///< the project's own: triangles clipped to the cells, costs that pay in hardware
+  kUnclipped,  ///< as renderers built it around 2005: triangles by bounding box, small leaves, deep
+  kSpatialMedian,
+  kObjectMedian,
+};
+
+/// What is built once for a scene, with the processor time it took, in seconds; build one after the other.
 class Workshop {
  public:
   explicit Workshop(const GridScene& scene) : scene_(scene), set_(from_grid(scene)) {}
   const TriangleSet& set() const { return set_; }
-  std::shared_ptr<const KdTree> kd(BuildOptions::Split split, double& seconds);
+  std::shared_ptr<const KdTree> kd(KdRecipe recipe, double& seconds);
   std::shared_ptr<const Bvh> bvh(BvhBuilder builder, int slabs, double& seconds);
   std::shared_ptr<const Structure> grid(GridDensity density, double& seconds);
 

@@ -6,8 +6,9 @@
 //   backtrack by plane match     this project's (docs/memory-image.md)
 //   face links                   this project's, too
 //
-// Bytes: 16 a node pair on the way down and up; leaf records 32 (count, references) or 64 where bounds or links are
-// used; 4 a reference beyond the inline ones; 48 a triangle; 24 a node box, which only the backtrack with boxes needs.
+// Bytes: 16 a node pair on the way down and up; of a leaf record what the walk needs (KdTree::LeafUse), 0 to 24 with a
+// stack and 40 to 64 without; 4 a reference beyond the record's; 48 a triangle; 24 a node box, which only the backtrack
+// with boxes needs.
 #include "kd.hpp"
 
 #include <algorithm>
@@ -175,7 +176,7 @@ class StackWalk final : public KdStructure {
       }
       const KdTree::Leaf& leaf = tree_->leaf(tree_->node(node).child);
       ++probe.work.leaf;
-      tree_->touch_leaf(probe, tree_->node(node).child, false);
+      tree_->touch_leaf(probe, tree_->node(node).child, KdTree::LeafUse::kReferences);
       if (tree_->test_leaf(ray, leaf, probe, best)) return best;
       if (best.t <= t_max) break;
       if (held > 0) {
@@ -233,7 +234,8 @@ class LinkWalk final : public KdStructure {
       const std::uint32_t leaf_index = tree_->node(node).child;
       const KdTree::Leaf& leaf = tree_->leaf(leaf_index);
       ++probe.work.leaf;
-      tree_->touch_leaf(probe, leaf_index, true);
+      tree_->touch_leaf(probe, leaf_index,
+                        mode_ == KdTraversal::kFaceLinks ? KdTree::LeafUse::kFaceLinks : KdTree::LeafUse::kParent);
       if (tree_->test_leaf(ray, leaf, probe, best)) return best;
       int face;
       const double t_exit = walk.exit(leaf.bound.data(), face);

@@ -37,9 +37,14 @@ class KdTree {
   // Reading memory: what a walk touches, at the image's own addresses.
   void touch_pair(Probe& probe, std::uint32_t node) const { probe.touch(pair_base_ + (node >> 1) * 16ull, 16); }
   void touch_box(Probe& probe, std::uint32_t node) const { probe.touch(box_base_ + node * 24ull, 24); }
-  /// The half of a leaf record that holds count and references, or all of it with bounds and links.
-  void touch_leaf(Probe& probe, std::uint32_t leaf, bool bounds) const {
-    probe.touch(leaf_base_ + leaf * 64ull + (bounds ? 0 : 32), bounds ? 64 : 32);
+  /// What a walk needs of a leaf record. Planes and links stand first, then the parent, then the references; a node says
+  /// how many there are (docs/memory-image.md), so a short leaf is read in part, in units of 8 bytes.
+  enum class LeafUse { kReferences, kFaceLinks, kParent };
+  void touch_leaf(Probe& probe, std::uint32_t leaf, LeafUse use) const {
+    const std::uint32_t count = leaves_[leaf].count;
+    const std::uint32_t end = count == 0 ? (use == LeafUse::kParent ? 48 : 40) : count <= 2 ? 48 : count <= 4 ? 56 : 64;
+    const std::uint32_t begin = use == LeafUse::kReferences ? 40 : 0;
+    if (end > begin) probe.touch(leaf_base_ + leaf * 64ull + begin, end - begin);
   }
   /// Tests all references of a leaf. True if the ray is done (any-hit).
   bool test_leaf(const Ray& ray, const Leaf& leaf, Probe& probe, Hit& best) const {

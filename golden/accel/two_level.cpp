@@ -318,11 +318,21 @@ FlatFrame::FlatFrame(const Scene& frame, const TwoLevel& triangles, const BuildO
   flatten_s = watch.lap();
   const GridScene grid = snap(world);
   snap_s = watch.lap();
-  const MemoryImage image = build_kd(grid, options);
+  build(grid, options);
+}
+
+FlatFrame::FlatFrame(const GridScene& frame, const TwoLevel& triangles, const BuildOptions& options)
+    : triangles_(triangles) {
+  build(frame, options);
+}
+
+void FlatFrame::build(const GridScene& frame, const BuildOptions& options) {
+  Watch watch;
+  const MemoryImage image = build_kd(frame, options);
   build_s = watch.lap();
-  degenerate = grid.degenerate;
-  grid_ = grid.transform;
-  tree_ = decode_kd(image, from_grid(grid));
+  degenerate = frame.degenerate;
+  grid_ = frame.transform;
+  tree_ = decode_kd(image, from_grid(frame));
 }
 
 Hit FlatFrame::trace(const Ray& world, Probe& probe) const {
@@ -364,10 +374,13 @@ Hit FlatFrame::trace(const Ray& world, Probe& probe) const {
 
 namespace {
 
-class TwoLevelEngine final : public Engine {
+/// Rays of a frame's grid through a structure that takes rays in world units.
+template <class World>
+class WorldEngine final : public Engine {
  public:
-  TwoLevelEngine(const TwoLevel& scene, const GridScene& grid) : scene_(scene), grid_(grid) {}
-  std::string name() const override { return "two-level"; }
+  WorldEngine(const World& scene, const GridScene& grid, std::string name)
+      : scene_(scene), grid_(grid), name_(std::move(name)) {}
+  std::string name() const override { return name_; }
 
   void trace(std::span<const GridRay> rays, std::span<retrace::Hit> hits, std::span<RayWork> work,
              const TraceOptions& options) override {
@@ -411,14 +424,19 @@ class TwoLevelEngine final : public Engine {
     return out;
   }
 
-  const TwoLevel& scene_;
+  const World& scene_;
   const GridScene& grid_;
+  std::string name_;
 };
 
 }  // namespace
 
 std::unique_ptr<Engine> make_two_level_engine(const TwoLevel& scene, const GridScene& grid) {
-  return std::make_unique<TwoLevelEngine>(scene, grid);
+  return std::make_unique<WorldEngine<TwoLevel>>(scene, grid, "two-level");
+}
+
+std::unique_ptr<Engine> make_flat_engine(const FlatFrame& frame, const GridScene& grid) {
+  return std::make_unique<WorldEngine<FlatFrame>>(frame, grid, "one tree");
 }
 
 }  // namespace retrace::accel

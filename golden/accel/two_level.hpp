@@ -110,19 +110,25 @@ class TwoLevel final : public Structure {
 class FlatFrame {
  public:
   FlatFrame(const Scene& frame, const TwoLevel& triangles, const BuildOptions& options = {});
+  /// The same over a frame that was flattened and snapped before: build_s alone is measured.
+  FlatFrame(const GridScene& frame, const TwoLevel& triangles, const BuildOptions& options = {});
   Hit trace(const Ray& ray, Probe& probe) const;
   double flatten_s = 0.0, snap_s = 0.0, build_s = 0.0;
   std::uint32_t degenerate = 0;  ///< triangles without area on the scene's grid: not in this tree
   double total_s() const { return flatten_s + snap_s + build_s; }
 
  private:
+  void build(const GridScene& frame, const BuildOptions& options);
+
   const TwoLevel& triangles_;
   GridTransform grid_;
   std::shared_ptr<const KdTree> tree_;
 };
 
-/// An engine of the program over a two-level structure. `grid` is the frame flattened and snapped, which rays are
-/// quantised to and shading looks triangles up in; both must outlive the engine and be of the same frame.
+/// Engines of the program over either structure: the same pictures bit for bit, see FlatFrame. `grid` is the frame
+/// flattened and snapped, which rays are quantised to and shading looks triangles up in; both arguments must outlive
+/// the engine and be of the same frame.
 std::unique_ptr<Engine> make_two_level_engine(const TwoLevel& scene, const GridScene& grid);
+std::unique_ptr<Engine> make_flat_engine(const FlatFrame& frame, const GridScene& grid);
 
 }  // namespace retrace::accel

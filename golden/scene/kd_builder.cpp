@@ -55,6 +55,17 @@ struct Extent {
   std::int32_t lo[3], hi[3];
 };
 
+/// Extent of the whole triangle.
+Extent whole_extent(const GridTriangle& triangle) {
+  const auto& v = triangle.vertices;
+  Extent extent;
+  for (int axis = 0; axis < 3; ++axis) {
+    extent.lo[axis] = std::min({v[0][axis], v[1][axis], v[2][axis]}) - kMargin;
+    extent.hi[axis] = std::max({v[0][axis], v[1][axis], v[2][axis]}) + kMargin;
+  }
+  return extent;
+}
+
 /// Extent of the triangle inside `cell` widened by kClip; false if the two do not touch.
 ///
 /// Error (Sutherland & Hodgman 1974, in double). Coordinates are below 2^25 in size. A new vertex is a + t (b - a) with
@@ -236,12 +247,10 @@ class Builder {
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
         const auto reference = static_cast<std::uint32_t>(i);
         work.triangles[i] = reference;
-        const auto& v = scene_.triangles[i].vertices;
+        const Extent whole = whole_extent(scene_.triangles[i]);
         for (int axis = 0; axis < 3; ++axis) {
-          const std::int32_t lo = std::min({v[0][axis], v[1][axis], v[2][axis]}) - kMargin;
-          const std::int32_t hi = std::max({v[0][axis], v[1][axis], v[2][axis]}) + kMargin;
-          work.events[axis][2 * i] = make_event(lo, true, reference);
-          work.events[axis][2 * i + 1] = make_event(hi, false, reference);
+          work.events[axis][2 * i] = make_event(whole.lo[axis], true, reference);
+          work.events[axis][2 * i + 1] = make_event(whole.hi[axis], false, reference);
         }
       }
     });
@@ -461,7 +470,11 @@ class Builder {
       }
       for (int side = 0; side < 2; ++side) {
         Extent extent;
-        if (!clip_extent(scene_.triangles[triangle], boxes[side], extent)) continue;
+        if (!options_.clip) {
+          extent = whole_extent(scene_.triangles[triangle]);
+        } else if (!clip_extent(scene_.triangles[triangle], boxes[side], extent)) {
+          continue;
+        }
         Work& child = children[side];
         const auto reference = static_cast<std::uint32_t>(child.count);
         child.triangles[child.count++] = triangle;

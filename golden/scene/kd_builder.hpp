@@ -14,6 +14,7 @@ struct BuildOptions {
   double traversal_cost = 1.0;           ///< cost of an interior step
   double intersection_cost = 0.75;       ///< cost of a triangle test (measured choice, see docs/memory-image.md)
   double empty_bonus = 0.9;              ///< factor on the cost of a split that cuts off empty space
+  bool clip = true;                      ///< triangles to their cells; false: a triangle counts as its bounding box
   int max_depth = 0;                     ///< 0: 6 + 1.2 log2(N) (measured choice); 192 at most
   std::function<void(double)> progress;  ///< fraction done, from any thread; may be empty
 };

@@ -1,11 +1,11 @@
 // retrace render: a scene through one engine to pictures.
+#include "testbench/cli/cmd_render.hpp"
+
 #include <charconv>
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
-#include <memory>
 
-#include "golden/image/renderer.hpp"
 #include "testbench/cli/commands.hpp"
 #include "testbench/cli/engines.hpp"
 #include "testbench/cli/progress.hpp"
@@ -13,23 +13,28 @@
 namespace retrace::cli {
 namespace {
 
-struct RenderArguments {
-  std::string scene, output, engine = "golden", size = "640x480", camera, way_up = "face", exposure = "auto",
-                             lights = "auto", stats, color_map = "inferno";
-  std::vector<std::string> aovs;
-  RenderOptions options;
-};
-
-nlohmann::ordered_json work_json(const WorkTotals& work) {
-  return {{"rays", work.rays}, {"down", work.down},   {"up", work.up},
-          {"leaf", work.leaf}, {"tests", work.tests}, {"skipped", work.skipped}};
-}
-
 std::filesystem::path with_suffix(const std::filesystem::path& path, const std::string& suffix) {
   std::filesystem::path result = path;
   result.replace_extension();
   result += suffix;
   return result;
+}
+
+void print_work(const char* kind, const WorkTotals& work) {
+  if (work.rays == 0) return;
+  const double n = static_cast<double>(work.rays);
+  std::printf("  %-9s %12s rays   per ray: down %.2f, up %.2f, leaf %.2f, tests %.2f", kind,
+              with_commas(work.rays).c_str(), static_cast<double>(work.down) / n, static_cast<double>(work.up) / n,
+              static_cast<double>(work.leaf) / n, static_cast<double>(work.tests) / n);
+  if (work.skipped > 0) std::printf(", skipped %.2f", static_cast<double>(work.skipped) / n);
+  std::printf("\n");
+}
+
+}  // namespace
+
+nlohmann::ordered_json work_json(const WorkTotals& work) {
+  return {{"rays", work.rays}, {"down", work.down},   {"up", work.up},
+          {"leaf", work.leaf}, {"tests", work.tests}, {"skipped", work.skipped}};
 }
 
 double parse_exposure(const std::string& text, double automatic) {
@@ -42,15 +47,24 @@ double parse_exposure(const std::string& text, double automatic) {
   return std::exp2(stops);
 }
 
-void print_work(const char* kind, const WorkTotals& work) {
-  if (work.rays == 0) return;
-  const double n = static_cast<double>(work.rays);
-  std::printf("  %-9s %12s rays   per ray: down %.2f, up %.2f, leaf %.2f, tests %.2f", kind,
-              with_commas(work.rays).c_str(), static_cast<double>(work.down) / n, static_cast<double>(work.up) / n,
-              static_cast<double>(work.leaf) / n, static_cast<double>(work.tests) / n);
-  if (work.skipped > 0) std::printf(", skipped %.2f", static_cast<double>(work.skipped) / n);
-  std::printf("\n");
+void write_aovs(const RenderArguments& a, const std::filesystem::path& output, const RenderResult& result,
+                OutputFiles& files) {
+  const ColorMap map = a.color_map == "viridis" ? ColorMap::kViridis : ColorMap::kInferno;
+  const auto open = [&](const std::filesystem::path& path) -> OutputFile& {
+    files.push_back(std::make_unique<OutputFile>(path));
+    return *files.back();
+  };
+  for (const std::string& name : a.aovs) {
+    const Raster data = aov_data(result, name);
+    std::vector<std::string> channels;
+    if (name == "depth") channels = {"Z"};
+    if (name == "normal") channels = {"N.X", "N.Y", "N.Z"};
+    write_raster(open(with_suffix(output, "." + name + ".exr")), data, channels);
+    write_raster(open(with_suffix(output, "." + name + ".png")), aov_picture(result, name, map));
+  }
 }
+
+namespace {
 
 void run_render(RenderArguments& a, const Common& common) {
   // Everything that the arguments alone can get wrong is found before the scene is built.
@@ -65,7 +79,6 @@ void run_render(RenderArguments& a, const Common& common) {
   options.lights = a.lights == "scene" ? LightChoice::kScene
                    : a.lights == "rig" ? LightChoice::kRig
                                        : LightChoice::kAuto;
-  const ColorMap map = a.color_map == "viridis" ? ColorMap::kViridis : ColorMap::kInferno;
   parse_exposure(a.exposure, 1.0);
   check_options(a.engine, options.trace);
   for (const std::string& name : a.aovs) {
@@ -80,7 +93,8 @@ void run_render(RenderArguments& a, const Common& common) {
     if (of_work && !find_engine(a.engine).counts_work)
       throw UsageError("engine " + a.engine + " does not count the work of each ray: there is no AOV " + name);
   }
-  std::vector<std::unique_ptr<OutputFile>> files;
+  if (a.animation) return run_animation(a, common);
+  OutputFiles files;
   const auto open = [&](const std::filesystem::path& path) -> OutputFile& {
     files.push_back(std::make_unique<OutputFile>(path));
     return *files.back();
@@ -103,14 +117,7 @@ void run_render(RenderArguments& a, const Common& common) {
   } else {
     write_raster(*files.front(), develop(result, exposure));
   }
-  for (const std::string& name : a.aovs) {
-    const Raster data = aov_data(result, name);
-    std::vector<std::string> channels;
-    if (name == "depth") channels = {"Z"};
-    if (name == "normal") channels = {"N.X", "N.Y", "N.Z"};
-    write_raster(open(with_suffix(output, "." + name + ".exr")), data, channels);
-    write_raster(open(with_suffix(output, "." + name + ".png")), aov_picture(result, name, map));
-  }
+  write_aovs(a, output, result, files);
   const std::uint64_t rays = result.camera.rays + result.shadow.rays + result.occlusion.rays;
   const double rays_s = result.trace_s > 0 ? static_cast<double>(rays) / result.trace_s : 0.0;
   if (!a.stats.empty()) {
@@ -210,6 +217,41 @@ void add_render(CLI::App& app, Program& program) {
   command->add_flag("--mailbox{8}", a->options.trace.mailbox, "Remember the last triangles tested (8 unless =N)");
   command->add_option("--seed", a->options.seed, "Of the sample points")->capture_default_str();
   command->add_option("--stats", a->stats, "Counters and times as JSON")->type_name("FILE");
+  CLI::Option* animation = command->add_flag("--animation", a->animation,
+                                             "A numbered sequence of an animated glTF file, and a video if ffmpeg is "
+                                             "installed; FILE-0000.png, or a run of # in FILE is the number");
+  const char* group = "Animation";
+  animation->group(group);
+  const auto moving = [&](CLI::Option* option) { option->needs(animation)->group(group); };
+  moving(command->add_option("--fps", a->fps, "Frames a second")
+             ->capture_default_str()
+             ->check(CLI::Range(0.001, 1000.0))
+             ->type_name("N"));
+  moving(command->add_option("--frames", a->frames, "Number of frames; default: to the end of the animation")
+             ->check(CLI::Range(1, 100000))
+             ->type_name("N"));
+  moving(command->add_option("--start", a->start, "Time of the first frame")
+             ->capture_default_str()
+             ->check(CLI::Range(0.0, 1e6))
+             ->type_name("SECONDS"));
+  moving(command->add_option("--clip", a->clip, "Number of the animation in the file")
+             ->capture_default_str()
+             ->type_name("N"));
+  moving(command
+             ->add_option("--structure", a->structure,
+                          "two-level: a tree an object, only the top level follows motion; one-tree: rebuilt over all "
+                          "triangles every frame, which any engine can walk")
+             ->capture_default_str()
+             ->check(CLI::IsMember({"two-level", "one-tree"})));
+  moving(command
+             ->add_option("--full-rebuild", a->full_rebuild,
+                          "When to build the frame from nothing beside the two-level structure: to time it at the "
+                          "first frame, or at every one, where its picture must be the same, or never")
+             ->capture_default_str()
+             ->check(CLI::IsMember({"first", "every", "never"})));
+  CLI::Option* video = command->add_option("--video", a->video, "Where the video goes; default FILE.mp4");
+  moving(video->type_name("FILE"));
+  moving(command->add_flag("--no-video", a->no_video, "Only the sequence")->excludes(video));
   add_engine_options(*command);
   add_common(*command, program);
   std::string footer = "Engines:\n" + engine_help() +
@@ -222,7 +264,9 @@ void add_render(CLI::App& app, Program& program) {
       "  retrace make-scene room -o room.glb\n"
       "  retrace render room.glb -o room.png --size 1280x720 --spp 16 --ao 4\n"
       "  retrace render room.glb -o room.png --engine csim --aov depth,steps,tests\n"
-      "  retrace render room.glb -o room.exr --camera 0 --stats room.json\n";
+      "  retrace render room.glb -o room.exr --camera 0 --stats room.json\n"
+      "  retrace make-scene creatures -o creatures.glb\n"
+      "  retrace render creatures.glb -o creatures.png --animation --fps 25\n";
   command->footer(footer);
   command->callback([a, &program] { run_render(*a, program.common); });
 }

@@ -20,7 +20,8 @@ namespace retrace::lab {
 
 /// Rays of one purpose; pixel[i] is where ray i belongs in the picture.
 struct RayBatch {
-  std::vector<accel::Ray> rays;
+  std::vector<GridRay> grid;     ///< as quantised
+  std::vector<accel::Ray> rays;  ///< the same in double
   std::vector<std::uint32_t> pixel;
 };
 
@@ -55,8 +56,8 @@ struct KindResult {
 /// One structure with one traversal and one mailbox.
 struct Row {
   std::string key, structure, traversal, source;
-  int mailbox = 0;  ///< entries; accel::Mailbox::kExact; 0: none
-  double build_s = 0.0;
+  int mailbox = 0;       ///< entries; accel::Mailbox::kExact; 0: none
+  double build_s = 0.0;  ///< processor time
   accel::Footprint footprint;
   double references = 0.0;  ///< per triangle
   std::array<KindResult, kKinds> kinds;
@@ -102,6 +103,7 @@ struct LabReport {
   LabOptions options;
   std::vector<SceneReport> scenes;
   double seconds = 0.0;
+  double cpu_seconds = 0.0;  ///< of all threads
   /// Rays on which any structure differs from another or from brute force.
   std::uint64_t differences() const;
 };

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -20,7 +21,7 @@ namespace retrace::lab {
 namespace {
 
 struct Arguments {
-  std::vector<std::string> scenes, only;
+  std::vector<std::string> scenes, animated, only;
   std::string html, markdown, plots, size = "192x144", camera, caches = "16,64,256";
   bool json = false, quiet = false, animation_only = false;
   int contexts = 64, threads = 0, frames = 3;
@@ -129,7 +130,11 @@ void run(const Arguments& a) {
   }
 
   for (const std::string& scene : a.scenes) report.scenes.push_back(measure(scene, report.options));
+  LabOptions follow = report.options;
+  follow.structures = false;
+  for (const std::string& scene : a.animated) report.scenes.push_back(measure(scene, follow));
   report.seconds = seconds();
+  report.cpu_seconds = static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
   if (html) html->write(to_html(report));
   if (markdown) markdown->write(merge_markdown(a.markdown, to_markdown(report)));
   if (!a.plots.empty()) {
@@ -176,6 +181,8 @@ void register_lab(CLI::App& app) {
       ->check(CLI::Range(0, 10000))
       ->type_name("N");
   command->add_flag("--animation-only", a->animation_only, "Only that");
+  command->add_option("--animated", a->animated, "A further file of which only the animation is followed")
+      ->type_name("FILE");
   command->add_option("--only", a->only, "Structures whose key begins so, such as kd-sah/ or bvh")->type_name("KEY");
   command->add_option("--threads", a->threads, "Threads; default: all cores")
       ->check(CLI::Range(1, 4096))
@@ -188,6 +195,7 @@ void register_lab(CLI::App& app) {
       "Examples:\n"
       "  retrace lab room                                   tables on standard output\n"
       "  retrace lab room knot engine.glb --html lab.html   a page to look at\n"
+      "  retrace lab room --animated carousel.glb           and an animated scene, frame by frame\n"
       "  retrace lab room --only kd-sah --json              some structures, as JSON");
   command->callback([a] { run(*a); });
 }

@@ -159,6 +159,7 @@ std::array<RayBatch, kKinds> make_rays(const LabScene& scene, const LabOptions& 
   const auto add = [&](Kind kind, const WorldRay& ray, std::uint32_t pixel) -> const accel::Ray* {
     const GridRay grid = quantise(ray, scene.grid.transform, scene.grid.box, kind == kShadow);
     if (grid.outside) return nullptr;
+    batches[kind].grid.push_back(grid);
     batches[kind].rays.push_back(accel::from_grid(grid));
     batches[kind].pixel.push_back(pixel);
     return &batches[kind].rays.back();

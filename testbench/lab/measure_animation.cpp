@@ -27,10 +27,9 @@ double AnimationReport::rebuild_s() const {
   return frames.empty() ? 0.0 : sum / static_cast<double>(frames.size());
 }
 
-AnimationReport measure_animation(const std::string& path, const LabOptions& options) {
-  Scene loaded = load_gltf(path, {.scene = {}, .textures = false});
-  Animation animation = load_animation(path, loaded);
-  AnimatedScene scene(std::move(loaded), std::move(animation));
+namespace {
+
+AnimationReport follow(AnimatedScene scene, const std::string& path, const LabOptions& options) {
   AnimationReport report;
   report.duration = scene.duration();
   const ViewCamera camera = default_view(scene.at(0.0), flatten(scene.scene()), options.camera);
@@ -71,6 +70,18 @@ AnimationReport measure_animation(const std::string& path, const LabOptions& opt
     if (options.say) options.say(path + ": frame " + std::to_string(i + 1) + " of " + std::to_string(options.frames));
   }
   return report;
+}
+
+}  // namespace
+
+AnimationReport measure_animation(const std::string& path, const LabOptions& options) {
+  Scene loaded = load_gltf(path, {.scene = {}, .textures = false});
+  Animation animation = load_animation(path, loaded);
+  try {
+    return follow(AnimatedScene(std::move(loaded), std::move(animation)), path, options);
+  } catch (const Error& e) {  // of the scene as it moves: a singular matrix
+    throw Error(path + ": " + e.what());
+  }
 }
 
 }  // namespace retrace::lab

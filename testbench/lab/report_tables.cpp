@@ -1,6 +1,7 @@
 // LabReport as JSON and as Markdown.
 #include <cmath>
 #include <cstdio>
+#include <thread>
 
 #include "golden/accel/probe.hpp"
 #include "lab.hpp"
@@ -90,7 +91,7 @@ void mailbox_table(const SceneReport& scene, std::string& out) {
 }
 
 void ways_table(const SceneReport& scene, std::string& out) {
-  for (const char* tree : {"kd-sah", "kd-spatial", "kd-object"}) {
+  for (const char* tree : {"kd-sah", "kd-unclipped", "kd-spatial", "kd-object"}) {
     const Row* stack = scene.find(std::string(tree) + "/stack");
     if (!stack) continue;
     out += "\nNode visits relative to the stack's, " + stack->structure +
@@ -229,24 +230,25 @@ ordered_json to_json(const LabReport& report) {
                       {"animation", animation_json(scene.animation)},
                       {"structures", rows}});
   }
-  return {{"width", report.options.width},
-          {"height", report.options.height},
-          {"contexts", report.options.contexts},
-          {"caches", caches},
-          {"differences", report.differences()},
-          {"seconds", report.seconds},
-          {"scenes", scenes}};
+  return {{"width", report.options.width},       {"height", report.options.height},
+          {"contexts", report.options.contexts}, {"caches", caches},
+          {"differences", report.differences()}, {"seconds", report.seconds},
+          {"cpu_seconds", report.cpu_seconds},   {"scenes", scenes}};
 }
 
 std::string to_markdown(const LabReport& report) {
-  std::string out;
+  std::string out = "Everything took " + number(report.cpu_seconds, 0) + " seconds of processor time, " +
+                    number(report.seconds, 0) + " on the clock of a machine with " +
+                    std::to_string(std::thread::hardware_concurrency()) +
+                    " processors. Build times are processor time, those of animations are on the clock.\n";
   for (const SceneReport& scene : report.scenes) {
-    if (!out.empty()) out += "\n";
-    out += "### " + scene.name + "\n\n";
+    out += "\n";
+    out += "### " + scene.name + "\n";
     if (scene.rows.empty()) {
       animation_table(scene.animation, out);
       continue;
     }
+    out += "\n";
     out += std::to_string(scene.triangles) + " triangles, camera " + scene.camera + ", light: " + scene.light + ". ";
     for (int kind = 0; kind < kKinds; ++kind)
       out += std::to_string(scene.rays[kind]) + " " + kKindNames[kind] + (kind + 1 < kKinds ? ", " : " rays at ");

@@ -230,6 +230,27 @@ TEST(TwoLevel, InstancesAreNotCopied) {
   EXPECT_GT(two.instanced_triangles(), 20 * two.size());
 }
 
+/// A mailbox is per ray and object: instances of one object must not hide each other's triangles.
+TEST(TwoLevel, MailboxesOnlySaveTests) {
+  const std::uint64_t seed = test_seed();
+  SCOPED_TRACE("RETRACE_SEED=" + std::to_string(seed));
+  Random random(seed);
+  AnimatedScene scene = open(make_animated_glb("carousel", {{"count", 30}, {"detail", 2}}));
+  const Scene& now = scene.at(1.7);
+  const accel::TwoLevel two(scene);
+  const std::vector<Ray> rays = rays_into(now, 1500, random);
+  Probe plain;
+  std::vector<Hit> expected;
+  for (const Ray& ray : rays) expected.push_back(two.trace(ray, plain));
+  for (const int entries : {2, 8, 64, accel::Mailbox::kExact}) {
+    Probe probe(accel::Mailbox(entries, two.size()));
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      ASSERT_EQ(expected[i], two.trace(rays[i], probe)) << "mailbox " << entries << ", ray " << i;
+    EXPECT_EQ(plain.work.tests, probe.work.tests + probe.work.skipped) << "mailbox " << entries;
+    EXPECT_GT(probe.work.skipped, 0u) << "mailbox " << entries;
+  }
+}
+
 TEST(TwoLevel, EngineAgreesWithGolden) {
   const std::uint64_t seed = test_seed();
   SCOPED_TRACE("RETRACE_SEED=" + std::to_string(seed));

@@ -142,7 +142,7 @@ TEST(KdTraversals, WorkStandsInOrder) {
   Workshop workshop(scene);
   double seconds;
   std::map<std::string, std::unique_ptr<Structure>> walks;
-  const auto tree = workshop.kd(BuildOptions::Split::kSah, seconds);
+  const auto tree = workshop.kd(KdRecipe::kSah, seconds);
   walks["stack"] = make_kd(tree, KdTraversal::kStack);
   walks["restart"] = make_kd(tree, KdTraversal::kRestart);
   walks["boxes"] = make_kd(tree, KdTraversal::kBacktrackBoxes);

@@ -10,6 +10,7 @@ import json
 import pathlib
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -101,10 +102,14 @@ def main():
         check(a[1] == b[1] == "data:image/png;base64," and a[0] > 200 and a[2] != b[2], f"heat maps do not flip: {result['flip']}")
         check(result["plots"] == 6, f"{result['plots']} plots on the page")
         check(result["frames"] == 2 and result["hidden"] is False, "the animation is not shown")
-        if len(sys.argv) > 2:
-            subprocess.run([*command, "--window-size=1400,2600", f"--screenshot={sys.argv[2]}", page.as_uri()], check=True,
-                           stderr=subprocess.DEVNULL, timeout=120)
-        print(f"lab_page_test: {result['rows']} rows sorted, filtered and flipped in {pathlib.Path(browser).name}")
+        picture = pathlib.Path(sys.argv[2]).resolve() if len(sys.argv) > 2 else folder / "page.png"
+        subprocess.run([*command, "--window-size=1400,2600", f"--screenshot={picture}", page.as_uri()], check=True,
+                       stderr=subprocess.DEVNULL, timeout=120)
+        png = picture.read_bytes()
+        check(png[:8] == b"\x89PNG\r\n\x1a\n" and struct.unpack(">II", png[16:24]) == (1400, 2600), "the screenshot is not a picture of the window")
+        # An empty page compresses to a few thousand bytes; heat map, table and plots do not.
+        check(len(png) > 60000, f"the screenshot holds next to nothing: {len(png)} bytes")
+        print(f"lab_page_test: {result['rows']} rows sorted, filtered and flipped in {pathlib.Path(browser).name}; a screenshot of {len(png)} bytes")
     return 0
 
 

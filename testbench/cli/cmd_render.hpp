@@ -1,0 +1,40 @@
+// What `retrace render` and `retrace render --animation` share.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "golden/image/output_file.hpp"
+#include "golden/image/renderer.hpp"
+#include "testbench/cli/workspace.hpp"
+
+namespace retrace::cli {
+
+struct RenderArguments {
+  std::string scene, output, engine = "golden", size = "640x480", camera, way_up = "face", exposure = "auto",
+                             lights = "auto", stats, color_map = "inferno";
+  std::vector<std::string> aovs;
+  RenderOptions options;
+
+  bool animation = false;
+  double fps = 24.0, start = 0.0;
+  int frames = 0;  ///< 0: to the end of the animation
+  std::uint32_t clip = 0;
+  std::string structure = "two-level", full_rebuild = "first", video;
+  bool no_video = false;
+};
+
+using OutputFiles = std::vector<std::unique_ptr<OutputFile>>;
+
+nlohmann::ordered_json work_json(const WorkTotals& work);
+/// The factor that --exposure means; `automatic` for auto. Throws UsageError.
+double parse_exposure(const std::string& text, double automatic);
+/// Adds the AOVs of a picture that goes to `output`, each as data and as something to look at.
+void write_aovs(const RenderArguments& a, const std::filesystem::path& output, const RenderResult& result,
+                OutputFiles& files);
+
+/// A numbered sequence of an animated file, and a video. Arguments are checked as far as they are those of a single
+/// picture.
+void run_animation(RenderArguments& a, const Common& common);
+
+}  // namespace retrace::cli
