@@ -50,15 +50,16 @@ SerialDevice::SerialDevice(std::unique_ptr<SerialLine> line, const LinkOptions& 
   session_ = static_cast<std::uint16_t>(random());
   sequence_ = static_cast<std::uint16_t>(random());
 
+  // What is asked first is short, so that it gets through a bad line.
   link::Request request;
   request.open();
-  request.reg_read(board_offset(link::kBoardIdentity), link::kBoardRegisters);
+  request.reg_read(board_offset(link::kBoardIdentity), 1);
   Answer answer;
-  exchange(request, 4 * link::kBoardRegisters, false, answer);
-  if (answer.status != link::Status::kOk || answer.data.size() != 4 * link::kBoardRegisters ||
-      link::get(answer.data, 0, 4) != link::kBoardId)
+  exchange(request, 4, false, answer);
+  if (answer.status != link::Status::kOk || answer.data.size() != 4 || link::get(answer.data, 0, 4) != link::kBoardId)
     fail("what answers is no Retrace board");
-  const auto word = [&](link::BoardRegister index) { return link::get(answer.data, 4 * index, 4); };
+  const std::vector<std::uint32_t> words = read_words(board_offset(link::kBoardIdentity), link::kBoardRegisters);
+  const auto word = [&](link::BoardRegister index) { return std::uint64_t{words[index]}; };
   const auto image_version = static_cast<std::uint32_t>(word(link::kBoardVersion) >> 8 & 0xff);
   if (image_version != static_cast<std::uint32_t>(contract::kImageVersion))
     fail("the board reads memory images of version " + std::to_string(image_version) +

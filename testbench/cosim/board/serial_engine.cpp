@@ -27,6 +27,7 @@ class Board final : public SerialEngine {
       throw Error("serial engine: the memory image of " + std::to_string(image.size() * 8) +
                   " bytes and a few rays do not fit the board's memory of " + std::to_string(memory) + " bytes");
     most_rays_ = static_cast<std::size_t>((memory - taken) / kRay);
+    if (options.most_rays != 0) most_rays_ = std::min(most_rays_, options.most_rays);
     driver_.soft_reset();  // whatever a program before has left running
     driver_.load(image, most_rays_);
   }

@@ -14,6 +14,7 @@ namespace retrace {
 struct SerialOptions {
   cosim::LinkOptions link;
   std::uint64_t clocks_per_ray = 100000;  ///< give up after this many clocks a ray (and a constant)
+  std::size_t most_rays = 0;              ///< of a run; 0: as many as fit beside the image
 };
 
 class SerialEngine : public Engine {

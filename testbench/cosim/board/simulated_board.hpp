@@ -88,10 +88,10 @@ class SimulatedBoard {
   std::uint64_t quiet_clocks_ = 0, framing_errors_ = 0, bytes_in_ = 0, bytes_out_ = 0;
 };
 
-/// The board in this process as a line: seconds pass as the board's clock does, and only while somebody waits.
+/// The board in this process as a line: seconds pass as the board's clock does, and only while somebody waits. A slow clock makes timeouts cheap.
 class SimulatedLine final : public SerialLine {
  public:
-  explicit SimulatedLine(SimulatedBoard& board, double clock_hz = 80e6) : board_(board), clock_hz_(clock_hz) {}
+  explicit SimulatedLine(SimulatedBoard& board, double clock_hz = 1e6) : board_(board), clock_hz_(clock_hz) {}
   void write(std::span<const std::uint8_t> bytes) override;
   std::vector<std::uint8_t> read(double seconds) override;
   double now() const override { return static_cast<double>(board_.model().clocks()) / clock_hz_; }
