@@ -151,7 +151,9 @@ module rt_link #(
 
   state_e state_q;
   logic [CountBits-1:0] ptr_q;          // next byte of the frame
-  logic fetched_q;                      // frame_data holds the byte at ptr_q
+  logic reading_q;                      // the buffer is about to give the byte at ptr_q
+  logic fetched_q;                      // frame_byte_q is the byte at ptr_q; block RAM is too slow to decide on what it gives
+  logic [7:0] frame_byte_q;
   logic need, have, at_end;             // the state wants a byte; it is there; there is none
   logic [CountBits-1:0] answer_q;       // bytes of data in the answer
   logic [3:0] index_q;                  // byte within header, arguments or word
@@ -182,7 +184,7 @@ module rt_link #(
   assign need            = state_q == Head || state_q == Operation || state_q == Arguments || state_q == WriteData;
   assign at_end          = ptr_q == frame_bytes;
   assign have            = need && fetched_q;
-  assign frame_read      = need && !fetched_q && !at_end;
+  assign frame_read      = need && !reading_q && !fetched_q && !at_end;
   assign frame_read_addr = PtrBits'(ptr_q);
 
   always_comb begin
@@ -256,7 +258,11 @@ module rt_link #(
   assign bad_o    = bad;
 
   always_ff @(posedge clk_i) begin
-    if (frame_read) fetched_q <= 1'b1;
+    reading_q <= frame_read;
+    if (reading_q) begin
+      fetched_q    <= 1'b1;
+      frame_byte_q <= frame_data;
+    end
     if (have) begin
       fetched_q <= 1'b0;
       ptr_q     <= ptr_q + 1'b1;
@@ -272,6 +278,7 @@ module rt_link #(
       Idle: begin
         ptr_q     <= '0;
         index_q   <= '0;
+        reading_q <= 1'b0;
         fetched_q <= 1'b0;
         damaged_q <= bad;
         if (good) state_q <= Head;
@@ -280,7 +287,7 @@ module rt_link #(
 
       Head: begin
         if (have) begin
-          head_q[8*index_q[2:0]+:8] <= frame_data;
+          head_q[8*index_q[2:0]+:8] <= frame_byte_q;
           index_q                   <= index_q + 1'b1;
           if (index_q == 4'(rt_board_pkg::RequestHeader - 1)) state_q <= Judge;
         end
@@ -310,12 +317,12 @@ module rt_link #(
         if (at_end && !fetched_q) begin
           state_q <= Send;
         end else if (have) begin
-          opcode_q <= frame_data;
+          opcode_q <= frame_byte_q;
           state_q  <= Arguments;
-          if (frame_data < rt_board_pkg::OpOpen || frame_data > rt_board_pkg::OpMemCrc) begin
+          if (frame_byte_q < rt_board_pkg::OpOpen || frame_byte_q > rt_board_pkg::OpMemCrc) begin
             status_q <= rt_board_pkg::StatusMalformed;
             state_q  <= Send;
-          end else if (frame_data != rt_board_pkg::OpOpen && !(session_valid_q && session_q == head_q[39:24])) begin
+          end else if (frame_byte_q != rt_board_pkg::OpOpen && !(session_valid_q && session_q == head_q[39:24])) begin
             status_q <= rt_board_pkg::StatusSession;
             state_q  <= Send;
           end
@@ -331,7 +338,7 @@ module rt_link #(
             ptr_q     <= ptr_q;
           end
         end else if (have) begin
-          arguments_q[8*index_q+:8] <= frame_data;
+          arguments_q[8*index_q+:8] <= frame_byte_q;
           index_q                   <= index_q + 1'b1;
         end else if (at_end && !fetched_q) begin
           status_q <= rt_board_pkg::StatusMalformed;
@@ -413,7 +420,7 @@ module rt_link #(
 
       WriteData: begin
         if (have) begin
-          word_q[8*index_q[2:0]+:8] <= frame_data;
+          word_q[8*index_q[2:0]+:8] <= frame_byte_q;
           index_q                   <= index_q + 1'b1;
           if (index_q == 4'(WordBytes - 1)) begin
             aw_valid_q <= 1'b1;

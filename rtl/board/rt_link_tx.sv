@@ -4,7 +4,7 @@
 //             start, CRC-32, Flag, Flag. The second flag ends the frame if the first one is lost. Escaped: Flag and Escape.
 // Control     start_i for one clock while busy_o is 0; the inputs must stay until busy_o falls.
 // Buffer      read_addr_o is followed by its byte in the next clock.
-// Throughput  A byte takes 3 clocks, an escaped one 4; the serial line is slower.
+// Throughput  A byte takes 4 clocks, an escaped one 5; the serial line is slower.
 // Counterpart rt_link_rx.
 `include "rt_assert.svh"
 module rt_link_tx #(
@@ -38,6 +38,7 @@ module rt_link_tx #(
   } part_e;
   typedef enum logic [1:0] {
     Fetch,
+    Choose,
     Send,
     Flipped
   } step_e;
@@ -47,7 +48,7 @@ module rt_link_tx #(
   logic [CountBits-1:0] index_q;  // byte within the part
   logic [31:0] crc_q;
   logic [rt_board_pkg::ResponseHeader*8-1:0] header;
-  logic [7:0] value, out_q;
+  logic [7:0] value, value_q, out_q;
   logic out_valid_q, raw, escape, accepted, last;
   logic [31:0] check;
 
@@ -69,7 +70,7 @@ module rt_link_tx #(
       default: last = 1'b1;
     endcase
   end
-  assign escape   = !raw && (value == rt_board_pkg::Flag || value == rt_board_pkg::Escape);
+  assign escape   = !raw && (value_q == rt_board_pkg::Flag || value_q == rt_board_pkg::Escape);
   assign accepted = out_valid_q && out_ready_i;
 
   assign read_en_o   = step_q == Fetch;
@@ -87,18 +88,23 @@ module rt_link_tx #(
       if (start_i) part_q <= Open;
     end else begin
       case (step_q)
-        Fetch: step_q <= Send;  // the buffer answers
+        Fetch: step_q <= Choose;
+        Choose: begin
+          // Block RAM is too slow for more than this in a clock.
+          value_q <= value;
+          step_q  <= Send;
+        end
         Send: begin
           if (!out_valid_q || accepted) begin
             out_valid_q <= 1'b1;
-            out_q       <= escape ? rt_board_pkg::Escape : value;
+            out_q       <= escape ? rt_board_pkg::Escape : value_q;
             step_q      <= escape ? Flipped : Fetch;
           end
         end
         default: begin
           if (accepted) begin
             out_valid_q <= 1'b1;
-            out_q       <= value ^ rt_board_pkg::EscapeFlip;
+            out_q       <= value_q ^ rt_board_pkg::EscapeFlip;
             step_q      <= Fetch;
           end
         end
@@ -106,7 +112,7 @@ module rt_link_tx #(
       // The byte is on its way: the next one.
       if ((step_q == Send && (!out_valid_q || accepted) && !escape) || (step_q == Flipped && accepted)) begin
         index_q <= index_q + 1'b1;
-        if (part_q == Header || part_q == Data) crc_q <= rt_board_pkg::crc_byte(crc_q, value);
+        if (part_q == Header || part_q == Data) crc_q <= rt_board_pkg::crc_byte(crc_q, value_q);
         if (last) begin
           index_q <= '0;
           case (part_q)
