@@ -5,7 +5,7 @@
 //             memory of its own puts its controller in the place of rt_board_memory.
 // Serial      BaudHz at ClockHz, 8 data bits, no parity, 1 stop bit; Divisor (clocks a bit, in 256ths) follows unless it is given.
 // Lamps       led_o, from the lowest: heartbeat; frame received; link damaged (a frame or byte of the last 0.1 s); core busy; run done;
-//             fault (the host has read a fault from the core's status, until the next start); interrupt as wired; link open for business.
+//             fault (the host has read a fault from the core's status, until the next start); 0, for the board's own use; a frame has been served.
 // Config      A named configuration with a bus of 8 bytes; the macro RT_CONFIG chooses another default for tools that cannot pass a record.
 `include "rt_assert.svh"
 `ifndef RT_CONFIG

@@ -7,6 +7,7 @@ import argparse
 import os
 import pty
 import signal
+import struct
 import subprocess
 import sys
 import time
@@ -72,6 +73,26 @@ def compare_equals_csim():
         run = retrace("render", "scenes/one.glb", "--engine", "serial:" + board.path, "-s", "8x6", "--no-shadows", "-o", picture, "-q")
         check(run.returncode == 0 and os.path.getsize(picture) > 0, run.stderr)
         check("clocks a ray at 80 MHz" in run.stdout, run.stdout)
+
+
+def write_rays(path, rays):
+    """A NumPy file of float64, shape (N, 8)."""
+    header = "{'descr': '<f8', 'fortran_order': False, 'shape': (%d, 8), }" % len(rays)
+    header += " " * (-(len(header) + 11) % 64) + "\n"
+    with open(path, "wb") as file:
+        file.write(b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header.encode() + b"".join(struct.pack("<8d", *ray) for ray in rays))
+
+
+@case
+def trace_writes_the_same_file():
+    rays = os.path.join(arguments.work, "rays.npy")
+    write_rays(rays, [(x / 10, y / 10, -3, 0, x / 50, 0.1, 1, 1e9) for x in range(-10, 11, 5) for y in range(0, 21, 5)])
+    with Board() as board:
+        for name, engine in (("csim", "csim"), ("serial", "serial:" + board.path)):
+            run = retrace("trace", "scenes/box.glb", "-i", rays, "-o", os.path.join(arguments.work, name + ".npy"), "--engine", engine, "-q")
+            check(run.returncode == 0, run.stderr)
+    with open(os.path.join(arguments.work, "csim.npy"), "rb") as first, open(os.path.join(arguments.work, "serial.npy"), "rb") as second:
+        check(first.read() == second.read(), "the files differ")
 
 
 @case
