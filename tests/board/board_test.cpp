@@ -503,6 +503,80 @@ TEST(SerialDevice, LinesWithoutABoardAreErrors) {
             std::string::npos);
 }
 
+/// A board that frames its answers well and says whatever it likes.
+class HostileLine final : public cosim::SerialLine {
+ public:
+  explicit HostileLine(std::uint64_t seed) : random_(seed) {}
+  void write(std::span<const std::uint8_t> bytes) override {
+    FrameReader reader(70000);
+    for (const std::uint8_t byte : bytes) {
+      const auto frame = reader.take(byte);
+      if (!frame || !frame->good) continue;
+      const auto& request = frame->body;
+      const bool first = request.size() > link::kRequestHeader && request[5] == static_cast<std::uint8_t>(Op::kOpen);
+      std::vector<std::uint8_t> answer{link::kResponse, request[1], request[2], request[3], request[4], 0, 0, 0};
+      if (!first && random_.chance(10)) answer[5] = static_cast<std::uint8_t>(random_.below(12));
+      std::size_t want = 4;
+      if (!first && request.size() > 9 && request[5] == static_cast<std::uint8_t>(Op::kRegRead))
+        want = 4 * link::get(request, 8, 2);
+      if (!first && request.size() > 12 && request[5] == static_cast<std::uint8_t>(Op::kMemRead))
+        want = 8 * link::get(request, 11, 2);
+      if (random_.chance(20)) want = random_.below(5000);
+      for (std::size_t i = 0; i < want; ++i)
+        answer.push_back(random_.chance(3) ? 0 : static_cast<std::uint8_t>(random_.below(256)));
+      if (first) {
+        answer.resize(link::kResponseHeader);
+        for (int i = 0; i < 4; ++i) answer.push_back(static_cast<std::uint8_t>(link::kBoardId >> (8 * i)));
+      } else if (!opened_ && answer.size() >= link::kResponseHeader + 16) {
+        answer[link::kResponseHeader + 5] = static_cast<std::uint8_t>(contract::kImageVersion);
+        answer[link::kResponseHeader + 8] = 0;
+      }
+      opened_ = opened_ || !first;
+      const auto line = link::frame(answer);
+      waiting_.insert(waiting_.end(), line.begin(), line.end());
+    }
+    for (std::uint64_t i = random_.below(20); i > 0; --i)
+      waiting_.push_back(static_cast<std::uint8_t>(random_.below(256)));
+  }
+  std::vector<std::uint8_t> read(double seconds) override {
+    now_ += waiting_.empty() ? seconds : 1e-4;
+    return std::exchange(waiting_, {});
+  }
+  double now() const override { return now_; }
+  const std::string& name() const override { return name_; }
+
+ private:
+  Random random_;
+  std::vector<std::uint8_t> waiting_;
+  bool opened_ = false;
+  double now_ = 0;
+  std::string name_ = "hostile";
+};
+
+TEST(SerialDevice, ABoardThatLiesIsAnErrorAtWorst) {
+  int opened = 0, errors = 0;
+  const auto attempt = [&](const auto& what) {
+    try {
+      what();
+    } catch (const Error&) {
+      ++errors;
+    }
+  };
+  for (std::uint64_t i = 0; i < 400; ++i) {
+    std::vector<std::uint64_t> words(300);
+    attempt([&] {
+      cosim::SerialDevice device(std::make_unique<HostileLine>(test_seed() + i), {});
+      ++opened;
+      attempt([&] { device.wait_interrupt(); });
+      attempt([&] { device.read_register(0x100); });
+      attempt([&] { device.write_memory(device.allocate(2400), words); });
+      attempt([&] { device.read_memory(device.identity().memory_base, words); });
+    });
+  }
+  EXPECT_GT(opened, 20);
+  EXPECT_GT(errors, 400) << "lies were believed";
+}
+
 TEST(SerialDevice, MemoryIsCheckedAfterItIsWritten) {
   SimulatedBoard board({});
   cosim::SerialDevice device(std::make_unique<SimulatedLine>(board), {});
