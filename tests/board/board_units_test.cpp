@@ -330,7 +330,9 @@ void write_words(Bench& bench, std::uint64_t address, const std::vector<std::uin
     bench->w_data_i[0] = words[at];
     bench->w_strb_i[0] = 0xff;
     bench->w_last_i = 1;
+    int patience = 1000;
     for (bool answered = false; !answered;) {
+      ASSERT_GT(--patience, 0) << "a write is not answered";
       bench.settle();
       const bool aw = bench->aw_ready_o & 1, w = bench->w_ready_o & 1;
       answered = bench->b_valid_o & 1;

@@ -69,6 +69,7 @@ SerialDevice::SerialDevice(std::unique_ptr<SerialLine> line, const LinkOptions& 
   identity_.memory_bytes = word(link::kBoardMemoryBytes);
   identity_.clock_hz = static_cast<std::uint32_t>(word(link::kBoardClockHz));
   clocks_low_ = static_cast<std::uint32_t>(word(link::kBoardClocks));
+  runs_ = static_cast<std::uint32_t>(word(link::kBoardRuns));
   if (identity_.most_frame < kLeastBudget + kOverhead || identity_.memory_base % kAlignment != 0)
     fail("the board's description makes no sense");
   most_budget_ =
@@ -230,6 +231,7 @@ bool SerialDevice::wait_interrupt() {
   const std::vector<std::uint32_t> now = read_words(board_offset(link::kBoardIrq), 3);
   clocks_ += now[2] - clocks_low_;  // modulo 2^32
   clocks_low_ = now[2];
+  runs_ = now[1];
   idle_ = (now[0] & 1) != 0;
   return idle_;
 }

@@ -52,6 +52,8 @@ class SerialDevice final : public Device {
 
   const BoardIdentity& identity() const { return identity_; }
   const LinkStatistics& statistics() const { return statistics_; }
+  /// Runs of the core that had ended when it was last asked for its interrupt.
+  std::uint32_t runs() const { return runs_; }
   /// A register of the board itself.
   std::uint32_t read_board(link::BoardRegister index) { return read_words(board_offset(index), 1).front(); }
   SerialLine& line() { return *line_; }
@@ -93,7 +95,7 @@ class SerialDevice final : public Device {
   std::size_t budget_, most_budget_;
   double byte_seconds_, slack_ = 1;
   std::uint64_t used_ = 0, clocks_ = 0;
-  std::uint32_t clocks_low_ = 0;
+  std::uint32_t clocks_low_ = 0, runs_ = 0;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> writes_;  ///< registers, not yet sent
   bool idle_ = false;                                            ///< the core's registers do not change by themselves
   std::map<std::uint32_t, std::vector<std::uint32_t>> blocks_;   ///< registers read while idle

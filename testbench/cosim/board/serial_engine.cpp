@@ -75,11 +75,11 @@ class Board final : public SerialEngine {
     cosim::CoreMode mode;
     mode.parent_links = options.way_up == WayUp::kParentLinks;
     mode.mailbox = options.mailbox != 0;
-    const std::uint32_t before = device_.read_board(cosim::link::kBoardRuns);
+    const std::uint32_t before = device_.runs();
     driver_.start(ray_words, mode);
     driver_.wait(100000 + options_.clocks_per_ray * batch.size());
     // Exactly one run has ended since: these hits are of these rays.
-    const std::uint32_t after = device_.read_board(cosim::link::kBoardRuns);
+    const std::uint32_t after = device_.runs();
     if (after != before + 1)
       throw Error("serial engine: the board has run " + std::to_string(after - before) + " times instead of once");
     const cosim::CoreStatus status = driver_.status();
