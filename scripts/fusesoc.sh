@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # Runs the targets of retrace.core with the pinned FuseSoC of the project.
-# usage: scripts/fusesoc.sh lint|sim|ecp5 [--build FOLDER] [--top MODULE]
-#   lint   verilator -Wall over the core
+# usage: scripts/fusesoc.sh lint|lint_board|sim|ecp5 [--build FOLDER] [--top MODULE]
+#   lint   verilator -Wall over the core (lint_board: over the board of the ULX3S)
 #   sim    a frame through the core in Verilator, hits compared in every byte
 #   ecp5   place and route (scripts/bitstream), report in FOLDER/ecp5.json; --top places one module, a stage say, instead of rt_top
 set -euo pipefail
 cd "$(dirname "$0")/.."
 target=${1:-}
-case $target in lint | sim | ecp5) shift ;; *) sed -n '3,6s/^# //p' "$0" >&2; exit 2 ;; esac
+case $target in lint | lint_board | sim | ecp5) shift ;; *) sed -n '3,6s/^# //p' "$0" >&2; exit 2 ;; esac
 build=build/fusesoc
 export RETRACE_ROOT=$PWD RETRACE_PNR_TOP=rt_top
 while (($#)); do

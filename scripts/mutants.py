@@ -16,6 +16,8 @@ from concurrent.futures import ThreadPoolExecutor
 STAGE = {name: ("rt_" + name, "rtl_stages_test", "*" + name) for name in
          ("ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish")}
 LIB = ("tb_lib", "rtl_lib_test", "*")
+PARTS = ("tb_board", "board_units_test", "*")
+BOARD = ("rt_board", "board_test", "BoardLink.*")
 
 MUTANTS = [
     # Roundings and saturations.
@@ -70,9 +72,35 @@ MUTANTS = [
     ("the sequential divider forgets to wait for its output", "lib/rt_div_seq.sv", "default: if (out_ready_i) state_q <= Idle;",
      "default: state_q <= Idle;", LIB),
     ("the RAM does not forward", "lib/rt_ram_sdp.sv", "use_forward_q ? forward_q : read_q", "read_q", LIB),
+    # The board.
+    ("a damaged frame is carried out", "board/rt_link_rx.sv", "good_o  <= crc_q == rt_board_pkg::CrcGood &&", "good_o  <=", BOARD),
+    ("a repeated frame is carried out again", "board/rt_link.sv", "assign repeated = last_valid_q &&", "assign repeated = 1'b0 &&", BOARD),
+    ("a repetition is known by its numbers alone", "board/rt_link.sv", "&& last_crc_q == frame_crc;", ";", BOARD),
+    ("any session will do", "board/rt_link.sv", "session_valid_q && session_q == head_q[39:24]", "session_valid_q", BOARD),
+    ("a frame is taken while another is answered", "board/rt_link.sv", "assign take            = state_q == Idle;",
+     "assign take            = 1'b1;", BOARD),
+    ("an error of the bus is not told", "board/rt_link.sv", "if (r_i.resp[1]) begin", "if (1'b0) begin", BOARD),
+    ("flags in an answer are not escaped", "board/rt_link_tx.sv", "value_q == rt_board_pkg::Flag || value_q == rt_board_pkg::Escape",
+     "value_q == rt_board_pkg::Escape", BOARD),
+    ("one sample decides a bit", "board/rt_uart_rx.sv", "(line_q[1] && line_q[2]) || (line_q[2] && line_q[3]) || (line_q[1] && line_q[3])", "line_q[2]",
+     PARTS),
+    ("the receiver drops fractions", "board/rt_uart_rx.sv", "CountBits'(fraction_d[8])", "CountBits'(1'b0)", PARTS),
+    ("a break never ends", "board/rt_uart_rx.sv", "state_q     <= level_q ? Idle : Break;", "state_q     <= Idle;", PARTS),
+    ("a read does not wait for a write of its word", "board/rt_board_memory.sv", " && !(write_q && write_word_q == ar_q.word)", "", PARTS),
+    ("strobes are ignored", "board/rt_board_memory.sv", "write_q && write_strobe_q[i]", "write_q", PARTS),
+    ("a burst outside changes the memory", "board/rt_board_memory.sv", "write_fire && aw_q.resp == rt_board_pkg::RespOkay", "write_fire", PARTS),
+    ("the memory takes beats it has no place for", "board/rt_board_memory.sv", "ar_active_q && room &&", "ar_active_q &&", PARTS),
+    ("write data of the masters are mixed up", "board/rt_axi_mux.sv", ".in_data_i  (aw_index),", ".in_data_i  (!aw_index),", PARTS),
 ]
 
-SOURCES = ["pkg/rt_contract_pkg.sv", "lib/rt_lib_pkg.sv", "stages/rt_stage_pkg.sv"]
+FOLDERS = ["lib", "stages", "cache", "regs", "top", "board"]
+SOURCES = ["pkg/rt_contract_pkg.sv", "lib/rt_lib_pkg.sv", "stages/rt_stage_pkg.sv", "regs/rt_regs_pkg.sv", "top/rt_core_pkg.sv", "board/rt_board_pkg.sv"]
+# Models that a test program has under another name or with parameters of its own, as CMake verilates them.
+PREFIX = {"rt_board": "Vrt_board_small"}
+PARAMETERS = {"rt_board": ["+define+RT_CONFIG=ConfigSmall", "-GDivisor=1024", "-GMemoryBytes=32768"]}
+
+
+CACHE = ["ccache"] if shutil.which("ccache") else []  # most of a large model is what it was
 
 
 def run(command, **options):
@@ -101,11 +129,11 @@ def check(mutant, build, work, links, vectors):
         file.write(text.replace(old, new))
 
     rtl = os.path.join(folder, "rtl")
-    top = "testbench/cosim/sv/%s.sv" % model if model.startswith("tb_") else "%s/stages/%s.sv" % (rtl, model)
+    top = "testbench/cosim/sv/%s.sv" % model if model.startswith("tb_") else glob.glob("%s/*/%s.sv" % (rtl, model))[0]
     objects = os.path.join(folder, "obj")
     step = run(["verilator", "--cc", "--assert", "-O3", "--x-assign", "fast", "--x-initial", "unique", "-Wno-fatal", "-Wno-lint",
-                "-y", rtl + "/lib", "-y", rtl + "/stages", "+incdir+" + rtl + "/lib", "--Mdir", objects, "--prefix", "V" + model,
-                "--top-module", model, *[os.path.join(rtl, s) for s in SOURCES], top])
+                *[word for folder in FOLDERS for word in ("-y", os.path.join(rtl, folder))], "+incdir+" + rtl + "/lib", "--Mdir", objects,
+                "--prefix", PREFIX.get(model, "V" + model), "--top-module", model, *PARAMETERS.get(model, []), *[os.path.join(rtl, s) for s in SOURCES], top])
     if step.returncode != 0:
         raise RuntimeError("%s: verilator: %s" % (name, step.stderr[-2000:]))
     root = run(["verilator", "--getenv", "VERILATOR_ROOT"]).stdout.strip()
@@ -113,7 +141,7 @@ def check(mutant, build, work, links, vectors):
     for source in sorted(glob.glob(objects + "/*.cpp")):
         # The library's bench takes longer to compile than to run.
         level = "-O0" if "Slow" in source or model.startswith("tb_") else "-O1"
-        step = run(["c++", "-std=c++20", "-w", level, "-I" + objects, "-I" + root + "/include", "-I" + root + "/include/vltstd",
+        step = run([*CACHE, "c++", "-std=c++20", "-w", level, "-I" + objects, "-I" + root + "/include", "-I" + root + "/include/vltstd",
                     "-DVL_TIME_CONTEXT", "-c", source, "-o", source[:-4] + ".o"])
         if step.returncode != 0:
             raise RuntimeError("%s: compiler: %s" % (name, step.stderr[-2000:]))
@@ -139,7 +167,7 @@ def check(mutant, build, work, links, vectors):
 
 def main():
     parser = argparse.ArgumentParser(description="Mutants of the RTL and the tests that catch them.")
-    parser.add_argument("--build", default="build/release", help="a Ninja build with rtl_stages_test and rtl_lib_test")
+    parser.add_argument("--build", default="build/release", help="a Ninja build with the tests of the RTL")
     parser.add_argument("--only", default="", help="mutants whose name or file holds this text")
     parser.add_argument("--list", action="store_true", help="list the mutants")
     parser.add_argument("--vectors", type=int, default=1000000, help="vectors a stage")

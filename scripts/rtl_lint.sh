@@ -12,7 +12,7 @@ if [ "${1:-}" = --require-yosys ]; then
 fi
 
 dirs=()
-for dir in rtl/lib rtl/stages rtl/cache rtl/regs rtl/top; do
+for dir in rtl/lib rtl/stages rtl/cache rtl/regs rtl/top rtl/board; do
   if [ -d "$dir" ]; then dirs+=("$dir"); fi
 done
 # Packages of a folder and of those before it; the cache also reads the core's sizes.
@@ -52,7 +52,7 @@ import os
 import subprocess
 import sys
 
-folders = "-y rtl/lib -y rtl/stages -y rtl/cache -y rtl/regs -y rtl/top"
+folders = "-y rtl/lib -y rtl/stages -y rtl/cache -y rtl/regs -y rtl/top -y rtl/board"
 bad = 0
 for task in sys.argv[1:]:
     module, files = task.split(" ", 1)

@@ -47,7 +47,7 @@ void run_trace(const TraceArguments& a, const Common& common) {
     const std::size_t n = std::min(kWave, rows.size() - begin);
     rays.resize(n);
     hits.assign(n, Hit{});
-    work.assign(n, RayWork{});
+    if (engine->counts_work()) work.assign(n, RayWork{});
     for (std::size_t i = 0; i < n; ++i) {
       const NpyRay& row = rows[begin + i];
       WorldRay ray;
@@ -66,7 +66,7 @@ void run_trace(const TraceArguments& a, const Common& common) {
     seconds += now() - start;
     for (std::size_t i = 0; i < n; ++i) {
       const Hit& hit = hits[i];
-      totals.add(work[i]);
+      if (!work.empty()) totals.add(work[i]);
       if (hit.status > contract::kStatusHit) {
         throw Error("engine " + engine->name() + ": ray " + std::to_string(begin + i) + " ended with status " +
                     std::to_string(hit.status));
@@ -91,21 +91,22 @@ void run_trace(const TraceArguments& a, const Common& common) {
   totals.rays = rows.size();
   output.write(format_hits(results));
   if (stats_file) {
-    const nlohmann::ordered_json json = {{"command", "trace"},
-                                         {"scene", scene_json(loaded)},
-                                         {"engine", engine->name()},
-                                         {"way_up", a.way_up},
-                                         {"mailbox", options.mailbox},
-                                         {"any", a.any},
-                                         {"rays", totals.rays},
-                                         {"hits", found},
-                                         {"work",
-                                          {{"down", totals.down},
-                                           {"up", totals.up},
-                                           {"leaf", totals.leaf},
-                                           {"tests", totals.tests},
-                                           {"skipped", totals.skipped}}},
-                                         {"trace_s", seconds}};
+    nlohmann::ordered_json json = {{"command", "trace"},
+                                   {"scene", scene_json(loaded)},
+                                   {"engine", engine->name()},
+                                   {"way_up", a.way_up},
+                                   {"mailbox", options.mailbox},
+                                   {"any", a.any},
+                                   {"rays", totals.rays},
+                                   {"hits", found},
+                                   {"work", nullptr},
+                                   {"trace_s", seconds}};
+    if (engine->counts_work())
+      json["work"] = {{"down", totals.down},
+                      {"up", totals.up},
+                      {"leaf", totals.leaf},
+                      {"tests", totals.tests},
+                      {"skipped", totals.skipped}};
     stats_file->write(json.dump(2) + "\n");
   }
   output.commit();

@@ -7,6 +7,7 @@
 #include "testbench/cli/workspace.hpp"
 #include "testbench/csim/csim_engine.hpp"
 #ifdef RETRACE_RTL
+#include "testbench/cosim/board/serial_engine_kind.hpp"
 #include "testbench/cosim/core/rtl_engine_kind.hpp"
 #endif
 
@@ -35,6 +36,7 @@ std::vector<EngineKind> make_table() {
   table.push_back(csim);
 #ifdef RETRACE_RTL
   table.push_back(rtl_engine_kind());
+  table.push_back(serial_engine_kind());
 #endif
   return table;
 }
@@ -65,8 +67,8 @@ const EngineKind& find_engine(const std::string& specification) {
     known += (known.empty() ? "" : ", ") + kind.name;
   }
 #ifndef RETRACE_RTL
-  if (name == "rtl")
-    throw UsageError("this program was built without the RTL core: configure with -DRETRACE_RTL=ON for engine rtl");
+  if (name == "rtl" || name == "serial")
+    throw UsageError("this program was built without the RTL core: configure with -DRETRACE_RTL=ON for engine " + name);
 #endif
   throw UsageError("there is no engine '" + name + "'; there are: " + known);
 }
