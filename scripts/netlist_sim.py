@@ -112,7 +112,7 @@ def mutate(design, kind, number):
         change = "INIT %04x to %04x" % (int(old, 2), int(cell["parameters"]["INIT"], 2))
     elif kind == "ff":
         change = "CEMUX %s to 0" % cell["parameters"]["CEMUX"].strip()
-        cell["parameters"]["CEMUX"] = "0"
+        cell["parameters"]["CEMUX"] = "0 "  # Yosys reads "0" without the space as a number
     else:
         old = cell["connections"]["SIGNEDA"]
         cell["connections"]["SIGNEDA"] = ["0" if old == ["1"] else "1"]
@@ -261,7 +261,7 @@ def check_core(arguments, pool):
     made = time.monotonic() - start
     equal = True
     for scene in arguments.scene or ["knot:along=60,around=12", "needles:count=200"]:
-        command = [binary, scene, CORE_CONFIG, arguments.size, "latency=1-60", "reorder=1", "stall=20", "seed=%d" % arguments.seed]
+        command = [binary, scene, CORE_CONFIG, arguments.size, "latency=1-60", "reorder=1", "stall=20", "limit=1000", "seed=%d" % arguments.seed]
         step = subprocess.run(command, capture_output=True, text=True, check=False, timeout=7200)
         same = step.returncode == 0
         equal &= same
