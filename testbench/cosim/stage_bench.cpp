@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cinttypes>
 #include <cstdio>
 #include <stdexcept>
@@ -219,7 +220,9 @@ StageResult run_model(const StageRun& run, In (*directed)(Random&), Out (*refere
             fail("an output without an input");
           } else {
             char head[96];
-            std::snprintf(head, sizeof head, "vector %" PRIu64 " differs (tag %u)\n", received,
+            int bits = 0;
+            for (std::size_t i = 0; i < Out::kWords; ++i) bits += std::popcount(output[i] ^ slot.output[i]);
+            std::snprintf(head, sizeof head, "vector %" PRIu64 " differs in %d bits (tag %u)\n", received, bits,
                           unsigned{bench->out_tag_o});
             fail(head + text_of("input", In::unpack(slot.input.data())) +
                  text_of("expected (hls)", Out::unpack(slot.output.data())) +

@@ -288,7 +288,10 @@ TEST_F(RtlCore, HeaderThatCannotBeUsed) {
     EXPECT_TRUE(std::all_of(result.begin(), result.end(), [](std::uint64_t w) { return w == CoreDriver::kUnwritten; }));
     EXPECT_TRUE(driver_.status().done);
     EXPECT_EQ(device_.memory().outside(), 0u);
-    return driver_.status().image_fault;
+    const auto fault = driver_.status().image_fault;
+    driver_.load(scene_.image.words(), rays_.size());
+    EXPECT_EQ(run(rays_), expected_) << "the frame after";
+    return fault;
   };
   auto bad = header;
   bad.magic ^= 1;
@@ -343,10 +346,10 @@ TEST_F(RtlCore, CorruptImagesEndLikeTheKernel) {
     EXPECT_EQ(result, csim_hits(words, rays, options)) << "round " << round;
     EXPECT_EQ(device_.memory().outside(), 0u);
     faults += driver_.counters().faults;
+    driver_.load(scene_.image.words(), rays_.size());
+    EXPECT_EQ(run(rays_), expected_) << "after round " << round;
   }
   EXPECT_GT(faults, 100u);
-  driver_.load(scene_.image.words(), rays_.size());
-  EXPECT_EQ(run(rays_), expected_);
 }
 
 TEST_F(RtlCore, ReadErrorsEndOnlyTheRaysThatMeetThem) {
@@ -387,6 +390,87 @@ TEST_F(RtlCore, ReadErrorsEndOnlyTheRaysThatMeetThem) {
   EXPECT_EQ(run(rays_), expected_);
 }
 
+// A frame of few rays, so that an error can be put into every beat of every read burst, and every write, one at a time. The memory answers in a
+// fixed order here: position n is the same burst in each frame. After each of them a frame without errors has to be right.
+TEST_F(RtlCore, EveryPositionOfAnError) {
+  constexpr std::size_t kRays = 8;
+  constexpr int kHeaderBeats = 16,
+                kBeats = 8;  // a longer burst does not exist; beats that a burst lacks are no position
+  driver_.load(scene_.image.words(), rays_.size());
+  std::vector<GridRay> rays;
+  for (std::size_t i = 0; i < kRays; ++i) rays.push_back(rays_[i * rays_.size() / kRays]);
+  const auto expected = csim_hits(scene_.image.words(), rays, {});
+  // A start empties the caches, so every frame without errors asks for the same bursts.
+  const auto bursts = [&] {
+    const std::uint64_t before = device_.memory().read_bursts();
+    EXPECT_EQ(run(rays), expected);
+    return static_cast<std::int64_t>(device_.memory().read_bursts() - before);
+  };
+  const std::int64_t reads = bursts();
+  ASSERT_EQ(bursts(), reads);
+  std::size_t positions = 0, hurt_rays = 0, image_faults = 0;
+  for (std::int64_t burst = 0; burst < reads; ++burst) {
+    for (int beat = 0; beat < (burst == 0 ? kHeaderBeats : kBeats); ++beat) {
+      SCOPED_TRACE("read burst " + std::to_string(burst) + " beat " + std::to_string(beat));
+      cosim::ErrorInjection errors;
+      errors.read_burst = burst;
+      errors.read_beat = beat;
+      errors.decode_error = (burst + beat) % 2 == 0;
+      device_.memory().arm(errors);
+      const auto result = run(rays);
+      const auto status = driver_.status();
+      ASSERT_TRUE(status.done);
+      if (status.image_fault != 0) {
+        EXPECT_EQ(status.image_fault, 3);
+        EXPECT_TRUE(
+            std::all_of(result.begin(), result.end(), [](std::uint64_t w) { return w == CoreDriver::kUnwritten; }));
+        ++image_faults;
+      } else {
+        std::size_t hurt = 0;
+        for (std::size_t i = 0; i < kRays; ++i) {
+          if (status_of(result, i) == static_cast<std::uint32_t>(contract::kStatusBusError))
+            ++hurt;
+          else
+            EXPECT_TRUE(std::equal(&result[2 * i], &result[2 * i] + 2, &expected[2 * i])) << "ray " << i;
+        }
+        EXPECT_EQ(status.ray_fault, hurt > 0);
+        if (hurt > 0) {
+          EXPECT_EQ(status.first_fault, static_cast<std::uint32_t>(contract::kStatusBusError));
+          EXPECT_EQ(status_of(result, status.fault_ray), static_cast<std::uint32_t>(contract::kStatusBusError));
+        }
+        positions += hurt > 0;
+        hurt_rays += hurt;
+      }
+      device_.memory().arm({});
+      ASSERT_EQ(run(rays), expected) << "the frame after";
+      ASSERT_FALSE(driver_.status().ray_fault || driver_.status().image_fault != 0);
+    }
+  }
+  for (std::size_t write = 0; write < kRays; ++write) {
+    SCOPED_TRACE("write " + std::to_string(write));
+    cosim::ErrorInjection errors;
+    errors.write_burst = static_cast<std::int64_t>(write);
+    errors.decode_error = write % 2 == 0;
+    device_.memory().arm(errors);
+    const auto result = run(rays);
+    const auto status = driver_.status();
+    EXPECT_TRUE(status.done && status.write_fault);
+    for (std::size_t i = 0; i < kRays; ++i) {
+      if (i == status.write_fault_ray)
+        EXPECT_EQ(result[2 * i], CoreDriver::kUnwritten);
+      else
+        EXPECT_TRUE(std::equal(&result[2 * i], &result[2 * i] + 2, &expected[2 * i])) << "ray " << i;
+    }
+    device_.memory().arm({});
+    ASSERT_EQ(run(rays), expected) << "the frame after";
+    ASSERT_FALSE(driver_.status().write_fault);
+  }
+  std::printf("%lld read bursts: %zu beats that hurt %zu rays, %zu that hurt the header; %zu writes\n",
+              static_cast<long long>(reads), positions, hurt_rays, image_faults, kRays);
+  EXPECT_GT(positions, static_cast<std::size_t>(reads));  // bursts of more than one beat
+  EXPECT_GT(image_faults, 8u);
+}
+
 TEST_F(RtlCore, WriteErrorsNameTheRay) {
   driver_.load(scene_.image.words(), rays_.size());
   cosim::ErrorInjection errors;
@@ -424,6 +508,46 @@ TEST_F(RtlCoreHostile, SoftResetAtAnyMoment) {
     EXPECT_FALSE(status.busy || status.done || status.ray_fault);
     if (n % 5 == 4) EXPECT_EQ(run(rays_), expected_) << "after reset " << n;
   }
+}
+
+// Errors in any burst while the memory answers late, in any order and with stalls: positions cannot be counted, but nothing may hang.
+TEST_F(RtlCoreHostile, ErrorsAnywhere) {
+  SCOPED_TRACE("seed " + std::to_string(test_seed()));
+  Random random(test_seed());
+  driver_.load(scene_.image.words(), rays_.size());
+  std::size_t hurt_frames = 0;
+  for (int n = 0; n < 40; ++n) {
+    cosim::ErrorInjection errors;
+    errors.read_burst = static_cast<std::int64_t>(random.below(n % 4 == 0 ? 8 : 1200));
+    errors.read_beat = n % 2 == 0 ? -1 : static_cast<int>(random.below(6));
+    errors.write_burst = n % 3 == 0 ? static_cast<std::int64_t>(random.below(rays_.size())) : -1;
+    errors.decode_error = random.chance(2);
+    device_.memory().arm(errors);
+    const auto result = run(rays_);
+    const auto status = driver_.status();
+    ASSERT_TRUE(status.done);
+    if (status.image_fault != 0) {
+      EXPECT_EQ(status.image_fault, 3);
+    } else {
+      std::size_t hurt = 0;
+      for (std::size_t i = 0; i < rays_.size(); ++i) {
+        if (status.write_fault && i == status.write_fault_ray) continue;
+        if (status_of(result, i) == static_cast<std::uint32_t>(contract::kStatusBusError))
+          ++hurt;
+        else
+          EXPECT_TRUE(std::equal(&result[2 * i], &result[2 * i] + 2, &expected_[2 * i]))
+              << "frame " << n << " ray " << i;
+      }
+      EXPECT_EQ(status.write_fault, errors.write_burst >= 0);
+      if (hurt > 0) EXPECT_TRUE(status.ray_fault);
+      hurt_frames += hurt > 0;
+    }
+    if (n % 4 == 3) {
+      device_.memory().arm({});
+      EXPECT_EQ(run(rays_), expected_) << "after frame " << n;
+    }
+  }
+  EXPECT_GT(hurt_frames, 15u);
 }
 
 // ------------------------------------------------------------------------------------------------ the bench itself
