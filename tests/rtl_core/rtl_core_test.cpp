@@ -345,6 +345,11 @@ TEST_F(RtlCore, CorruptImagesEndLikeTheKernel) {
     const auto result = run(rays, mode);
     EXPECT_EQ(result, csim_hits(words, rays, options)) << "round " << round;
     EXPECT_EQ(device_.memory().outside(), 0u);
+    const auto status = driver_.status();
+    std::size_t marked = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) marked += status_of(result, i) > contract::kStatusHit;
+    EXPECT_EQ(status.ray_fault, marked > 0) << "round " << round;
+    if (status.ray_fault) EXPECT_EQ(status_of(result, status.fault_ray), status.first_fault) << "round " << round;
     faults += driver_.counters().faults;
     driver_.load(scene_.image.words(), rays_.size());
     EXPECT_EQ(run(rays_), expected_) << "after round " << round;
