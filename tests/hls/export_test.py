@@ -368,7 +368,8 @@ def scripts(work, _):
     check(result.returncode != 0 and "no Verilog in" in result.stderr, "vivado_ooc.tcl names a folder without Verilog", text_of(result))
 
     # The core: as an IP, and placed by itself. Packages are read before those who use them, and the tools see the files that FuseSoC lists.
-    listed = re.findall(r"^      - (rtl/\S+\.s?v)$", read(os.path.join(ROOT, "retrace.core")), re.M)
+    # The board around the core is a file set of its own, which the IP does not take.
+    listed = [path for path in re.findall(r"^      - (rtl/\S+\.s?v)$", read(os.path.join(ROOT, "retrace.core")), re.M) if not path.startswith("rtl/board/")]
     folders = [os.path.join(ROOT, "rtl", name) for name in ("pkg", "lib", "stages", "top", "regs", "cache")]
     ip = os.path.join(work, "ip")
     for name, result in (("vivado_ip.tcl", run(["tclsh", STUB, os.path.join(ROOT, "scripts/vivado_ip.tcl"), ip, "ConfigWide"], work)),
