@@ -26,8 +26,6 @@ fi
 mkdir -p "$build"
 build=$(cd "$build" && pwd)
 export RETRACE_PNR_REPORT=$build/ecp5.json
-# The place-and-route tool is a WebAssembly program that sees a folder of its own as /tmp: a checkout below /tmp has to be shown to it by name.
-if [[ $PWD/ == /tmp/* || $build/ == /tmp/* ]]; then export YOWASP_MOUNT=${YOWASP_MOUNT:-$PWD=$PWD:$build=$build}; fi
 rm -f "$RETRACE_PNR_REPORT"
 "$fusesoc" --cores-root "$PWD" run --build-root "$build" --target="$target" ::retrace
 if [ "$target" = ecp5 ] && [ ! -s "$RETRACE_PNR_REPORT" ]; then
