@@ -424,7 +424,8 @@ SceneParameters check_scene_parameters(const SceneGenerator& generator, const Sc
   for (const SceneParameter& p : generator.parameters) values[p.name] = p.value;
   for (const auto& [key, value] : parameters) {
     const auto& known = generator.parameters;
-    const auto it = std::find_if(known.begin(), known.end(), [&](const SceneParameter& p) { return p.name == key; });
+    const auto it =
+        std::find_if(known.begin(), known.end(), [&key = key](const SceneParameter& p) { return p.name == key; });
     if (it == known.end()) {
       std::string list;
       for (const SceneParameter& p : known) list += (list.empty() ? "" : ", ") + p.name;

@@ -31,17 +31,16 @@ scripts/lint.sh
 scripts/rtl_lint.sh --require-yosys
 step "coverage of the RTL"
 scripts/coverage.sh --output build/coverage.md
-step "sanitizer build (address, undefined behaviour)"
-build asan sanitized
+step "sanitizer build (address, undefined behaviour; fuzz targets)"
+build asan sanitized gltf_fuzz image_fuzz
 step "tests under sanitizers"
 ctest --preset asan -L sanitized -j "$(nproc)"
 
 step "fuzzing: glTF loader and memory image, a minute each"
-build fuzz gltf_fuzz image_fuzz
 pids=()
 for target in gltf image; do
   mkdir -p "out/fuzz/$target"
-  "build/fuzz/tests/fuzz/${target}_fuzz" -max_total_time=60 -timeout=20 -rss_limit_mb=3000 -artifact_prefix=out/fuzz/ \
+  "build/asan/tests/fuzz/${target}_fuzz" -max_total_time=60 -timeout=20 -rss_limit_mb=3000 -artifact_prefix=out/fuzz/ \
     "out/fuzz/$target" "tests/fuzz/corpus/$target" >"out/fuzz/$target.log" 2>&1 &
   pids+=($!)
 done
