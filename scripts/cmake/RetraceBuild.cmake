@@ -58,11 +58,16 @@ endif()
 add_library(retrace_ap_types INTERFACE)
 target_include_directories(retrace_ap_types SYSTEM INTERFACE ${RETRACE_AP_INCLUDE})
 # The open ap_types alias their storage and read the bits they are about to replace.
-target_compile_options(retrace_ap_types INTERFACE -fno-strict-aliasing -Wno-uninitialized -Wno-maybe-uninitialized)
+target_compile_options(retrace_ap_types INTERFACE -fno-strict-aliasing -Wno-uninitialized $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
 if(RETRACE_SANITIZE MATCHES "undefined")
   # The open ap_types shift negative values to the left, which C++20 defines and C++17, the kernels' language, does not.
   target_compile_options(retrace_ap_types INTERFACE -fno-sanitize=shift-base)
 endif()
+
+# retrace_optimise_little(<target>): for sources that compile longer than they run.
+function(retrace_optimise_little target)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+endfunction()
 
 # retrace_add_test(<name> <libraries...>): builds <name>.cpp with GoogleTest and registers it as one ctest entry of that name.
 # Every test reads RETRACE_SEED; scenes and models are found through the two definitions.
@@ -70,6 +75,7 @@ set(RETRACE_MODELS_DIR /usr/share/assimp/models CACHE PATH "Debian's assimp-test
 function(retrace_add_test name)
   find_package(GTest REQUIRED)
   add_executable(${name} ${name}.cpp)
+  retrace_optimise_little(${name})
   target_link_libraries(${name} PRIVATE ${ARGN} GTest::gtest_main retrace_options)
   target_compile_definitions(${name} PRIVATE RETRACE_MODELS_DIR="${RETRACE_MODELS_DIR}" RETRACE_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
   add_test(NAME ${name} COMMAND ${name})
@@ -84,5 +90,15 @@ function(retrace_sanitize)
       add_dependencies(sanitized ${name})
     endif()
     set_property(TEST ${name} APPEND PROPERTY LABELS sanitized)
+  endforeach()
+endfunction()
+
+# retrace_costs(<seconds> <test>...): what takes long starts first, so that no core waits at the end for the one test that is left. Tests of the
+# folder that are not there are passed over.
+function(retrace_costs seconds)
+  foreach(name ${ARGN})
+    if(TEST ${name})
+      set_property(TEST ${name} PROPERTY COST ${seconds})
+    endif()
   endforeach()
 endfunction()
