@@ -7,8 +7,12 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 data=build/coverage/data
 tests=(rtl/rtl_lib_test rtl/rtl_stages_test rtl_core/rtl_core_test)
-cmake --preset coverage >/dev/null
-cmake --build build/coverage --target "${tests[@]##*/}" >build/coverage.log 2>&1 || { tail -30 build/coverage.log >&2; exit 1; }
+mkdir -p build
+build() {  # build PRESET TARGET...: quiet unless it fails
+  { cmake --preset "$1" && cmake --build "build/$1" --target "${@:2}"; } >build/coverage.log 2>&1 || { tail -30 build/coverage.log >&2; exit 1; }
+}
+build release retrace_hls retrace_csim retrace_testkit retrace_generators retrace_image
+build coverage "${tests[@]##*/}"
 rm -rf "$data"
 mkdir -p "$data"
 export RETRACE_COVERAGE=$data RETRACE_VECTORS=${RETRACE_VECTORS:-100000} GTEST_TOTAL_SHARDS=4
