@@ -1,6 +1,8 @@
 // Round-robin choice of one set bit.
 //
 // Rule        The first set bit above the one taken last, else the first one. take_i says that the choice is used in this clock.
+// Structure   In two levels, groups of GroupBits: no carry chain over the whole pool. The pool above the last choice and the whole pool are searched
+//             side by side; which of them counts is known last.
 // Latency     0, combinational; the pointer moves with take_i.
 `include "rt_assert.svh"
 module rt_pick #(
@@ -15,16 +17,51 @@ module rt_pick #(
     output logic [Count-1:0]     onehot_o,
     output logic [IndexBits-1:0] index_o
 );
+  localparam int unsigned GroupBits = 8;
+  localparam int unsigned Groups = (Count + GroupBits - 1) / GroupBits;
+  localparam int unsigned Padded = Groups * GroupBits;
+
   // Bit i is set where bit `bit_number` of i is: an index is the OR of its one-hot code under these masks.
   function automatic logic [Count-1:0] index_mask(int unsigned bit_number);
     for (int unsigned i = 0; i < Count; i++) index_mask[i] = ((i >> bit_number) & 1) == 1;
   endfunction
 
-  logic [Count-1:0] after_q, masked, chosen;
+  logic [Count-1:0]  after_q;
+  logic [Padded-1:0] searched[2], lowest[2], above[2];  // 0: above the last choice, 1: the whole pool
 
-  assign masked   = pool_i & after_q;
-  assign chosen   = (masked != '0) ? masked : pool_i;
-  assign onehot_o = chosen & (~chosen + Count'(1));
+  assign searched[0] = Padded'(pool_i & after_q);
+  assign searched[1] = Padded'(pool_i);
+  for (genvar s = 0; s < 2; s++) begin : gen_search
+    logic [Groups-1:0] any, first;
+    for (genvar g = 0; g < int'(Groups); g++) begin : gen_group
+      logic [GroupBits-1:0] group, group_first;
+      assign group  = searched[s][g*GroupBits+:GroupBits];
+      assign any[g] = group != '0;
+      for (genvar i = 0; i < int'(GroupBits); i++) begin : gen_bit
+        // A set bit below this one.
+        logic below_in_group, below_group;
+        if (i == 0) begin : gen_lowest
+          assign below_in_group = 1'b0;
+        end else begin : gen_higher
+          assign below_in_group = group[i-1:0] != '0;
+        end
+        if (g == 0) begin : gen_lowest_group
+          assign below_group = 1'b0;
+        end else begin : gen_higher_group
+          assign below_group = any[g-1:0] != '0;
+        end
+        assign group_first[i]          = group[i] && !below_in_group;
+        assign above[s][g*GroupBits+i] = below_group || below_in_group;
+      end
+      if (g == 0) begin : gen_lowest
+        assign first[g] = any[g];
+      end else begin : gen_higher
+        assign first[g] = any[g] && any[g-1:0] == '0;
+      end
+      assign lowest[s][g*GroupBits+:GroupBits] = first[g] ? group_first : '0;
+    end
+  end
+  assign onehot_o = searched[0] != '0 ? lowest[0][Count-1:0] : lowest[1][Count-1:0];
   assign valid_o  = pool_i != '0;
   for (genvar b = 0; b < int'(IndexBits); b++) begin : gen_index
     localparam logic [Count-1:0] Mask = index_mask(b);
@@ -32,7 +69,7 @@ module rt_pick #(
   end
 
   always_ff @(posedge clk_i) begin
-    if (take_i && valid_o) after_q <= ~(onehot_o | (onehot_o - Count'(1)));
+    if (take_i && valid_o) after_q <= searched[0] != '0 ? above[0][Count-1:0] : above[1][Count-1:0];
     if (!rst_ni) after_q <= '1;
   end
 
