@@ -73,7 +73,7 @@ module rt_lane #(
   // --- who is ready ---
   logic [Contexts-1:0] ready_q, ready_d, error_q, error_d, picked;
   logic [Contexts-1:0] launched_q;  // no step since the launch
-  logic                pick_valid, pick_error;
+  logic                pick_valid;
   context_t            pick;
 
   rt_pick #(
@@ -87,10 +87,9 @@ module rt_lane #(
       .onehot_o(picked),
       .index_o (pick)
   );
-  assign pick_error = (error_q & picked) != '0;
 
   // --- S0: the choice in a register ---
-  logic     s0_valid_q, s0_error_q, s0_launched_q;
+  logic     s0_valid_q;
   context_t s0_context_q;
 
   // --- S1: the state is there ---
@@ -346,20 +345,19 @@ module rt_lane #(
     if (s3_replay) ready_d[s3_context_q] = 1'b1;
     if (state_write_en) ready_d[state_context] = 1'b1;
     if (launch_valid_i) ready_d[launch_context_i] = 1'b1;
-    error_d = (error_q & ~picked) | wake_error_i;
+    error_d = error_q | wake_error_i;
+    if (s0_valid_q) error_d[s0_context_q] = 1'b0;
   end
 
   always_ff @(posedge clk_i) begin
     ready_q      <= ready_d;
     error_q      <= error_d;
     s0_valid_q    <= pick_valid;
-    s0_error_q    <= pick_error;
     s0_context_q  <= pick;
-    s0_launched_q <= (launched_q & picked) != '0;
     s1_valid_q    <= s0_valid_q;
-    s1_error_q    <= s0_error_q;
+    s1_error_q    <= error_q[s0_context_q];
     s1_context_q  <= s0_context_q;
-    s1_launched_q <= s0_launched_q;
+    s1_launched_q <= launched_q[s0_context_q];
     if (state_write_en) launched_q[state_context] <= 1'b0;
     if (launch_valid_i) launched_q[launch_context_i] <= 1'b1;
     s2_valid_q   <= s1_valid_q;

@@ -69,7 +69,7 @@ module rt_leaf_unit #(
   } tag_t;
 
   logic [Contexts-1:0] ready_q, ready_d, error_q, error_d, wake, wake_error, picked;
-  logic                pick_valid, pick_error;
+  logic                pick_valid;
   context_t            pick;
   rt_pick #(
       .Count(Contexts)
@@ -82,10 +82,9 @@ module rt_leaf_unit #(
       .onehot_o(picked),
       .index_o (pick)
   );
-  assign pick_error = (error_q & picked) != '0;
 
   // --- P0: the choice in a register ---
-  logic     p0_valid_q, p0_error_q;
+  logic     p0_valid_q;
   context_t p0_context_q;
 
   // --- P1 ---
@@ -276,17 +275,17 @@ module rt_leaf_unit #(
     ready_d = (ready_q & ~picked) | wake;
     if (p3_replay) ready_d[p3_context_q] = 1'b1;
     if (in_valid_i) ready_d[in_context_i] = 1'b1;
-    error_d = (error_q & ~picked) | wake_error;
+    error_d = error_q | wake_error;
+    if (p0_valid_q) error_d[p0_context_q] = 1'b0;
   end
 
   always_ff @(posedge clk_i) begin
     ready_q      <= ready_d;
     error_q      <= error_d;
     p0_valid_q   <= pick_valid;
-    p0_error_q   <= pick_error;
     p0_context_q <= pick;
     p1_valid_q   <= p0_valid_q;
-    p1_error_q   <= p0_error_q;
+    p1_error_q   <= error_q[p0_context_q];
     p1_context_q <= p0_context_q;
     p2_valid_q   <= p1_valid_q;
     p2_context_q <= p1_context_q;

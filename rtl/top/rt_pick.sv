@@ -21,18 +21,16 @@ module rt_pick #(
   localparam int unsigned Groups = (Count + GroupBits - 1) / GroupBits;
   localparam int unsigned Padded = Groups * GroupBits;
 
-  // Bit i is set where bit `bit_number` of i is: an index is the OR of its one-hot code under these masks.
-  function automatic logic [Count-1:0] index_mask(int unsigned bit_number);
-    for (int unsigned i = 0; i < Count; i++) index_mask[i] = ((i >> bit_number) & 1) == 1;
-  endfunction
-
+  localparam int unsigned PaddedBits = Padded > 1 ? $clog2(Padded) : 1;
   logic [Count-1:0]  after_q;
+  logic [PaddedBits-1:0] index[2];
   logic [Padded-1:0] searched[2], lowest[2], above[2];  // 0: above the last choice, 1: the whole pool
 
   assign searched[0] = Padded'(pool_i & after_q);
   assign searched[1] = Padded'(pool_i);
   for (genvar s = 0; s < 2; s++) begin : gen_search
     logic [Groups-1:0] any, first;
+    logic [PaddedBits-1:0] index_of[Groups];  // of the group's first bit
     for (genvar g = 0; g < int'(Groups); g++) begin : gen_group
       logic [GroupBits-1:0] group, group_first;
       assign group  = searched[s][g*GroupBits+:GroupBits];
@@ -59,14 +57,19 @@ module rt_pick #(
         assign first[g] = any[g] && any[g-1:0] == '0;
       end
       assign lowest[s][g*GroupBits+:GroupBits] = first[g] ? group_first : '0;
+      always_comb begin
+        index_of[g] = '0;
+        for (int unsigned i = 0; i < GroupBits; i++) if (group_first[i]) index_of[g] |= PaddedBits'(g * GroupBits + i);
+      end
+    end
+    always_comb begin
+      index[s] = '0;
+      for (int unsigned g = 0; g < Groups; g++) if (first[g]) index[s] |= index_of[g];
     end
   end
   assign onehot_o = searched[0] != '0 ? lowest[0][Count-1:0] : lowest[1][Count-1:0];
   assign valid_o  = pool_i != '0;
-  for (genvar b = 0; b < int'(IndexBits); b++) begin : gen_index
-    localparam logic [Count-1:0] Mask = index_mask(b);
-    assign index_o[b] = (onehot_o & Mask) != '0;
-  end
+  assign index_o  = IndexBits'(searched[0] != '0 ? index[0] : index[1]);
 
   always_ff @(posedge clk_i) begin
     if (take_i && valid_o) after_q <= searched[0] != '0 ? above[0][Count-1:0] : above[1][Count-1:0];

@@ -90,7 +90,7 @@ module rt_reference_unit #(
   );
 
   // --- I0: the choice in a register ---
-  logic     i0_valid_q, i0_first_q, i0_error_q, i0_resolved_q;
+  logic     i0_valid_q;
   context_t i0_context_q;
 
   // --- I1: what is stored ---
@@ -384,7 +384,8 @@ module rt_reference_unit #(
     first_d = first_q;
     if (i7_done) first_d[i7_context_q] = 1'b0;
     if (in_valid_i) first_d[in_context_i] = 1'b1;
-    error_d = (error_q & ~picked) | list_wake_error | triangle_wake_error;
+    error_d = error_q | list_wake_error | triangle_wake_error;
+    if (i0_valid_q) error_d[i0_context_q] = 1'b0;
   end
 
   always_ff @(posedge clk_i) begin
@@ -393,14 +394,11 @@ module rt_reference_unit #(
     error_q        <= error_d;
     i0_valid_q       <= pick_valid;
     i0_context_q     <= pick;
-    i0_first_q       <= (first_q & picked) != '0;
-    i0_error_q       <= (error_q & picked) != '0;
-    i0_resolved_q    <= (resolved_q & picked) != '0;
     i1_valid_q       <= i0_valid_q;
     i1_context_q     <= i0_context_q;
-    i1_first_q       <= i0_first_q;
-    i1_error_q       <= i0_error_q;
-    i1_resolved_q    <= i0_resolved_q;
+    i1_first_q       <= first_q[i0_context_q];
+    i1_error_q       <= error_q[i0_context_q];
+    i1_resolved_q    <= resolved_q[i0_context_q];
     i2_valid_q       <= i1_valid_q;
     i2_context_q     <= i1_context_q;
     i2_error_q       <= i1_error_q;
