@@ -5,9 +5,11 @@
 // Wake        wake_o has the waiters that shall look up again (one clock, registers and one comparison behind them); wake_error_o those of
 //             them whose line could not be read. Those that wait for any are woken in groups, a group for each free MSHR and RetryClocks (what a
 //             waiter needs to come back): woken all at once they would fail again, and their look-ups would keep others from theirs.
-// Pipeline    c: address of tags and data. c + 1: tags compared, the key compared with the MSHRs. c + 2: answer; waiters join an MSHR, or (one of
-//             all ports) go on, or try again, at once if an MSHR is free. c + 3: the one that went on gets an MSHR, joins one or waits for any.
-//             A line is seen by its tag or by its MSHR at every moment: a waiter whose MSHR finished between c + 1 and c + 2 tries again.
+// Pipeline    c: address of tags and data. c + 1: tags compared, the key compared with the MSHRs. c + 2: answer; who missed joins an MSHR, or (one
+//             of all ports) goes on, or tries again, at once if an MSHR is free. c + 3: the one that went on gets an MSHR, joins one or waits for
+//             any; the others are noted, those whose MSHR finishes just now try again. c + 4: so is the one that went on.
+//             A line is seen by its tag or by its MSHR at every moment. Keys are compared once, in c + 1; from there the results travel along, and
+//             an MSHR that is taken meanwhile is put right by comparing with the one key that can take it.
 // Progress    A line that was filled is kept by its MSHR until it has been hit once (fresh), so that those who asked for it get it before the
 //             next one takes its way. Where no other is free, a miss takes an MSHR that only keeps a line, but in the last quarter of every 2^LeaseBits
 //             clocks: in that time whoever is woken gets its line. As a waiter may have gone (an any-hit ray that is done), freshness ends then.
@@ -86,17 +88,30 @@ module rt_cache #(
   } tag_t;
 
   // --- miss registers ---
-  logic [Mshrs-1:0]               active_q;  // its line is being fetched
-  logic [Mshrs-1:0]               fresh_q;   // its line was filled and not hit since
-  logic [Mshrs-1:0]               need_q, error_q, way_q;
-  logic [Mshrs-1:0][KeyBits-1:0]  mshr_key_q;
-  logic [Mshrs-1:0][BeatBits-1:0] beat_q;
-  logic [LeaseBits-1:0]           lease_q;
-  logic                           has_free;
-  logic                           keep_q;  // the last quarter
-  logic [Mshrs-1:0]               usable;
-  assign usable   = ~active_q & ~(fresh_q & {Mshrs{keep_q}});
-  assign has_free = usable != '0;
+  typedef logic [Mshrs-1:0] mshrs_t;
+  mshrs_t               active_q;  // its line is being fetched
+  mshrs_t               fresh_q;   // its line was filled and not hit since
+  mshrs_t               need_q, error_q, way_q;
+  key_t                 mshr_key_q[Mshrs];
+  logic [BeatBits-1:0]  beat_q[Mshrs];
+  logic [LeaseBits-1:0] lease_q;
+  logic                 keep_q;  // the last quarter
+  mshrs_t               usable;
+  assign usable = ~active_q & ~(fresh_q & {Mshrs{keep_q}});
+
+  // The MSHR that the next miss takes, chosen a clock before; where there is one, one that keeps no line.
+  logic  allocate, free_valid_q;
+  mshr_t free_q;
+  function automatic logic [MshrBits:0] choose(mshrs_t from, mshrs_t fresh);  // {valid, index}
+    mshrs_t pool;
+    choose = '0;
+    pool   = (from & ~fresh) != '0 ? from & ~fresh : from;
+    for (int unsigned m = 0; m < Mshrs; m++) if (pool[m]) choose = {1'b1, mshr_t'(m)};
+  endfunction
+  always_ff @(posedge clk_i) begin
+    {free_valid_q, free_q} <= allocate ? choose(usable & ~(mshrs_t'(1) << free_q), fresh_q) : choose(usable, fresh_q);
+    if (!rst_ni) free_valid_q <= 1'b0;
+  end
 
   // The request for a line.
   logic  fetch_valid_q, fetch_load;
@@ -113,31 +128,24 @@ module rt_cache #(
   assign fill_beat = beat_q[fill_mshr];
 
   // --- lookup: c + 1 ---
-  logic [Ports-1:0]          look1_q, look2_q;
-  key_t [Ports-1:0]          key1_q, key2_q;
-  waiter_t [Ports-1:0]       waiter1_q, waiter2_q;
-  tag_t                      tag_read [Ports][Ways];
-  logic [WordBits-1:0]       data_read[Ports][Ways];
+  logic [Ports-1:0]           look1_q, look2_q;
+  key_t                       key1_q[Ports], key2_q[Ports];
+  waiter_t                    waiter1_q[Ports], waiter2_q[Ports];
+  tag_t                       tag_read [Ports][Ways];
+  logic [WordBits-1:0]        data_read[Ports][Ways];
   logic [Ports-1:0][Ways-1:0] way_hit_q;
-  logic [WordBits-1:0]       data_q[Ports][Ways];
-  logic [Ports-1:0]          busy1, busy1_q;                // an MSHR fetches the line
-  logic [Ports-1:0][Mshrs-1:0] same_key1, same_key2;
-  logic [Ports-1:0][Ways-1:0] filling1;                     // the way of the set that is being filled
+  logic [WordBits-1:0]        data_q[Ports][Ways];
+  logic [Ports-1:0]           busy_q;                 // an MSHR fetched the line in c + 1
+  mshrs_t                     set1[Ports], key1[Ports];      // MSHRs with the set, with the whole key
+  mshrs_t                     set2_q[Ports], same2_q[Ports];
+  logic                       on_valid, on_valid_q;
+  key_t                       on_key, on_key_q;
+  waiter_t                    on_waiter, on_waiter_q;
   for (genvar p = 0; p < int'(Ports); p++) begin : gen_lookup
-    for (genvar m = 0; m < int'(Mshrs); m++) begin : gen_same
-      assign same_key1[p][m] = mshr_key_q[m] == key1_q[p];
-      assign same_key2[p][m] = mshr_key_q[m] == key2_q[p];
-    end
-    assign busy1[p] = (same_key1[p] & active_q) != '0;
-    for (genvar w = 0; w < int'(Ways); w++) begin : gen_way
-      logic [Mshrs-1:0] same_way;
-      for (genvar m = 0; m < int'(Mshrs); m++) begin : gen_mshr
-        assign same_way[m] = active_q[m] && mshr_key_q[m][SetBits-1:0] == key1_q[p][SetBits-1:0] && way_q[m] == 1'(w);
-      end
-      assign filling1[p][w] = same_way != '0;
-      always_ff @(posedge clk_i) begin
-        way_hit_q[p][w] <= look1_q[p] && tag_read[p][w].valid && tag_read[p][w].tag == key1_q[p][KeyBits-1:SetBits] && !filling1[p][w];
-        data_q[p][w]    <= data_read[p][w];
+    always_comb begin
+      for (int unsigned m = 0; m < Mshrs; m++) begin
+        set1[p][m] = mshr_key_q[m][SetBits-1:0] == key1_q[p][SetBits-1:0];
+        key1[p][m] = set1[p][m] && mshr_key_q[m][KeyBits-1:SetBits] == key1_q[p][KeyBits-1:SetBits];
       end
     end
     always_ff @(posedge clk_i) begin
@@ -147,174 +155,204 @@ module rt_cache #(
       waiter1_q[p] <= req_waiter_i[p];
       key2_q[p]    <= key1_q[p];
       waiter2_q[p] <= waiter1_q[p];
-      busy1_q[p]   <= busy1[p];
+      busy_q[p]    <= (key1[p] & active_q) != '0;
+      set2_q[p]    <= set1[p];
+      same2_q[p]   <= key1[p];
+      if (allocate) begin
+        set2_q[p][free_q]  <= on_key_q[SetBits-1:0] == key1_q[p][SetBits-1:0];
+        same2_q[p][free_q] <= on_key_q == key1_q[p];
+      end
+      // The way that is being filled counts as invalid.
+      for (int unsigned w = 0; w < Ways; w++) begin
+        way_hit_q[p][w] <= look1_q[p] && tag_read[p][w].valid && tag_read[p][w].tag == key1_q[p][KeyBits-1:SetBits] &&
+                           (set1[p] & active_q & (way_q ^ {Mshrs{w == 0}})) == '0;
+        data_q[p][w]    <= data_read[p][w];
+      end
     end
   end
 
   // --- c + 2: the answer; who missed joins, tries again, or goes on ---
-  logic [Ports-1:0]  miss, join_line, join_done, again, again_later, fetchers;
-  mshr_t [Ports-1:0] joined;
-  logic              on_valid, on_valid_q;
-  key_t              on_key, on_key_q;
-  waiter_t           on_waiter, on_waiter_q;
-  for (genvar p = 0; p < int'(Ports); p++) begin : gen_answer
-    assign rsp_valid_o[p] = look2_q[p];
-    assign rsp_hit_o[p]   = way_hit_q[p] != '0;
-    assign miss[p]        = look2_q[p] && way_hit_q[p] == '0;
-    if (Ways == 2) begin : gen_two_ways
-      assign rsp_data_o[p] = way_hit_q[p][Ways-1] ? data_q[p][Ways-1] : data_q[p][0];
-    end else begin : gen_one_way
-      assign rsp_data_o[p] = data_q[p][0];
+  logic [Ports-1:0] park, later, again, park3_q, later3_q, again3_q;
+  mshr_t            joined[Ports], where3_q[Ports];
+  waiter_t          waiter3_q[Ports];
+  mshrs_t           on_set, on_same, on_set_q, on_same_q;
+  always_comb begin
+    for (int unsigned p = 0; p < Ports; p++) begin
+      rsp_valid_o[p] = look2_q[p];
+      rsp_hit_o[p]   = way_hit_q[p] != '0;
+      rsp_data_o[p]  = Ways == 2 && way_hit_q[p][Ways-1] ? data_q[p][Ways-1] : data_q[p][0];
     end
-    logic [Mshrs-1:0] same;
-    assign same = same_key2[p] & active_q;
-    always_comb begin
-      joined[p] = '0;
-      for (int unsigned m = 0; m < Mshrs; m++) if (same[m]) joined[p] |= mshr_t'(m);
-    end
-    assign join_done[p] = same != '0 && done_q && joined[p] == done_mshr_q;
-    assign join_line[p] = miss[p] && same != '0 && !join_done[p];
-    assign fetchers[p]  = miss[p] && same == '0 && !busy1_q[p];
   end
   always_comb begin
     on_valid  = 1'b0;
     on_key    = key2_q[0];
     on_waiter = waiter2_q[0];
-    again       = '0;
-    again_later = '0;
+    on_set    = '0;
+    on_same   = '0;
+    park      = '0;
+    later     = '0;
+    again     = '0;
     for (int unsigned p = 0; p < Ports; p++) begin
-      if (miss[p] && !join_line[p]) begin
-        if (fetchers[p] && !on_valid) begin
+      mshrs_t line;
+      line      = same2_q[p] & active_q;
+      joined[p] = '0;
+      for (int unsigned m = 0; m < Mshrs; m++) if (line[m]) joined[p] |= mshr_t'(m);
+      if (look2_q[p] && way_hit_q[p] == '0) begin
+        if (line != '0) begin
+          if (done_q && line[done_mshr_q]) again[p] = 1'b1;
+          else park[p] = 1'b1;
+        end else if (busy_q[p]) begin
+          again[p] = 1'b1;
+        end else if (!on_valid) begin
           on_valid  = 1'b1;
           on_key    = key2_q[p];
           on_waiter = waiter2_q[p];
-        end else if (fetchers[p] && !has_free) begin
-          again_later[p] = 1'b1;
-        end else begin
+          on_set    = set2_q[p];
+          on_same   = same2_q[p];
+          if (allocate) begin
+            on_set[free_q]  = on_key_q[SetBits-1:0] == key2_q[p][SetBits-1:0];
+            on_same[free_q] = on_key_q == key2_q[p];
+          end
+        end else if (free_valid_q) begin
           again[p] = 1'b1;
+        end else begin
+          later[p] = 1'b1;
         end
       end
+    end
+  end
+  always_ff @(posedge clk_i) begin
+    park3_q     <= park;
+    later3_q    <= later;
+    again3_q    <= again;
+    where3_q    <= joined;
+    waiter3_q   <= waiter2_q;
+    on_valid_q  <= on_valid;
+    on_key_q    <= on_key;
+    on_waiter_q <= on_waiter;
+    on_set_q    <= on_set;
+    on_same_q   <= on_same;
+    if (!rst_ni) begin
+      park3_q    <= '0;
+      later3_q   <= '0;
+      again3_q   <= '0;
+      on_valid_q <= 1'b0;
     end
   end
 
   // --- c + 3: one miss finds its place ---
-  logic [Mshrs-1:0] on_same, on_set;
-  logic [Ways-1:0]  open;
-  mshr_t            on_joined, free_mshr;
-  logic             on_found, on_done, allocate, spill, on_again, victim, older;
-  assign on_found = on_same != '0;
-  assign on_done  = on_found && done_q && on_joined == done_mshr_q;
-  for (genvar m = 0; m < int'(Mshrs); m++) begin : gen_on
-    assign on_same[m] = active_q[m] && mshr_key_q[m] == on_key_q;
-    assign on_set[m]  = mshr_key_q[m][SetBits-1:0] == on_key_q[SetBits-1:0];
-  end
+  mshrs_t          on_line;
+  logic [Ways-1:0] open;
+  mshr_t           on_joined, where4_q;
+  logic            victim, older, park4_q, later4_q, again4_q;
+  waiter_t         waiter4_q;
+  assign on_line = on_same_q & active_q;
   always_comb begin
     on_joined = '0;
-    free_mshr = '0;
-    open      = '1;
-    for (int unsigned m = 0; m < Mshrs; m++) begin
-      if (on_same[m]) on_joined |= mshr_t'(m);
-      if (usable[m] && (!fresh_q[m] || (usable & ~fresh_q) == '0)) free_mshr = mshr_t'(m);
-      for (int unsigned w = 0; w < Ways; w++) begin
-        if (on_set[m] && way_q[m] == 1'(w) && (active_q[m] || fresh_q[m])) open[w] = 1'b0;
-      end
-    end
+    for (int unsigned m = 0; m < Mshrs; m++) if (on_line[m]) on_joined |= mshr_t'(m);
+    for (int unsigned w = 0; w < Ways; w++) open[w] = (on_set_q & (active_q | fresh_q) & (way_q ^ {Mshrs{w == 0}})) == '0;
     victim   = Ways == 2 && (open[0] && open[Ways-1] ? older : open[Ways-1]);
-    allocate = on_valid_q && !on_found && has_free && open != '0;
-    spill    = on_valid_q && !on_found && !allocate;
-    on_again = on_valid_q && on_found && on_done;
+    allocate = on_valid_q && on_line == '0 && free_valid_q && open != '0;
+  end
+  always_ff @(posedge clk_i) begin
+    again4_q  <= on_valid_q && done_q && on_line[done_mshr_q];
+    park4_q   <= allocate || (on_valid_q && on_line != '0 && !(done_q && on_line[done_mshr_q]));
+    later4_q  <= on_valid_q && on_line == '0 && !allocate;
+    where4_q  <= on_line != '0 ? on_joined : free_q;
+    waiter4_q <= on_waiter_q;
+    if (!rst_ni) begin
+      again4_q <= 1'b0;
+      park4_q  <= 1'b0;
+      later4_q <= 1'b0;
+    end
   end
   assign miss_o = allocate;
 
-  // --- who waits for what ---
+  // --- who waits for what: a line (the number of its MSHR, a vector for each of its bits), or any ---
   localparam int unsigned GroupWaiters = 8;
   localparam int unsigned Groups = (Waiters + GroupWaiters - 1) / GroupWaiters;
   localparam int unsigned GroupBits = Groups > 1 ? $clog2(Groups) : 1;
-  logic [Waiters-1:0]   wait_q, any_q, again_q, wake_line;
-  logic [GroupBits-1:0] group_q;
+  typedef logic [Groups*GroupWaiters-1:0] waiters_t;
+  waiters_t wait_line_q, wait_any_q, again_q, where_q[MshrBits];
+  waiters_t parks, laters, retries, where[MshrBits], wake_line, visited;
+  always_comb begin
+    parks   = '0;
+    laters  = '0;
+    retries = '0;
+    for (int unsigned b = 0; b < MshrBits; b++) where[b] = '0;
+    for (int unsigned p = 0; p <= Ports; p++) begin
+      logic    does_park, does_later, does_again;
+      waiter_t who;
+      mshr_t   on_what;
+      does_park  = p < Ports ? park3_q[p] : park4_q;
+      does_later = p < Ports ? later3_q[p] : later4_q;
+      does_again = p < Ports ? again3_q[p] : again4_q;
+      who        = p < Ports ? waiter3_q[p] : waiter4_q;
+      on_what    = p < Ports ? where3_q[p] : where4_q;
+      if (does_again || (does_park && done_q && on_what == done_mshr_q)) retries[who] = 1'b1;
+      else if (does_park) parks[who] = 1'b1;
+      if (does_later) laters[who] = 1'b1;
+      for (int unsigned b = 0; b < MshrBits; b++) if (does_park && on_what[b]) where[b][who] = 1'b1;
+    end
+    wake_line = done_q ? wait_line_q : '0;
+    for (int unsigned b = 0; b < MshrBits; b++) wake_line &= done_mshr_q[b] ? where_q[b] : ~where_q[b];
+  end
+
   // Groups woken in the last RetryClocks clocks; one more may be woken while they are fewer than the free registers.
   localparam int unsigned WokenBits = $clog2(RetryClocks + 1);
-  logic [Groups-1:0]      group_waits;
-  logic [RetryClocks-1:0] woken_q;
-  logic [WokenBits-1:0]   woken_count_q;
-  logic [MshrBits:0]      free_count_q;
-  logic                   may_visit, visited;
-  assign may_visit = 32'(free_count_q) > 32'(woken_count_q);
-  assign visited   = may_visit && group_waits[group_q];
-  for (genvar g = 0; g < int'(Groups); g++) begin : gen_waits
-    localparam int unsigned Last = (g + 1) * GroupWaiters > Waiters ? Waiters - 1 : (g + 1) * GroupWaiters - 1;
-    assign group_waits[g] = (wait_q[Last:g*GroupWaiters] & any_q[Last:g*GroupWaiters]) != '0;
+  logic [GroupBits-1:0]    group_q;
+  logic [GroupWaiters-1:0] group_waits;
+  logic [RetryClocks-1:0]  woken_q;
+  logic [WokenBits-1:0]    woken_count_q;
+  logic [MshrBits:0]       free_count_q;
+  logic                    may_visit, visits;
+  assign may_visit   = 32'(free_count_q) > 32'(woken_count_q);
+  assign group_waits = wait_any_q[GroupWaiters*group_q+:GroupWaiters];
+  assign visits      = may_visit && group_waits != '0;
+  always_comb begin
+    visited = '0;
+    if (visits) visited[GroupWaiters*group_q+:GroupWaiters] = group_waits;
   end
   always_ff @(posedge clk_i) begin
     if (may_visit) group_q <= group_q == GroupBits'(Groups - 1) ? '0 : group_q + 1'b1;
-    woken_q       <= RetryClocks'({woken_q, visited});
-    woken_count_q <= woken_count_q + WokenBits'(visited) - WokenBits'(woken_q[RetryClocks-1]);
+    woken_q       <= RetryClocks'({woken_q, visits});
+    woken_count_q <= woken_count_q + WokenBits'(visits) - WokenBits'(woken_q[RetryClocks-1]);
     free_count_q  <= (MshrBits + 1)'($countones(usable));
+    again_q       <= retries | visited;
+    wait_line_q   <= (wait_line_q & ~wake_line) | parks;
+    wait_any_q    <= (wait_any_q & ~visited) | laters;
+    for (int unsigned b = 0; b < MshrBits; b++) where_q[b] <= (where_q[b] & ~parks) | where[b];
     if (!rst_ni) begin
       group_q       <= '0;
       woken_q       <= '0;
       woken_count_q <= '0;
+      again_q       <= '0;
+      wait_line_q   <= '0;
+      wait_any_q    <= '0;
     end
   end
-  mshr_t              where_q[Waiters];
-  for (genvar i = 0; i < int'(Waiters); i++) begin : gen_waiter
-    logic  park, later, retry, visit;
-    mshr_t where;
-    assign visit = may_visit && wait_q[i] && any_q[i] && group_q == GroupBits'(i / GroupWaiters);
-    always_comb begin
-      park  = on_valid_q && on_waiter_q == waiter_t'(i) && !on_again;
-      where = on_found ? on_joined : free_mshr;
-      later = spill && on_waiter_q == waiter_t'(i);
-      retry = on_again && on_waiter_q == waiter_t'(i);
-      for (int unsigned p = 0; p < Ports; p++) begin
-        if (join_line[p] && waiter2_q[p] == waiter_t'(i)) begin
-          park  = 1'b1;
-          where = joined[p];
-        end
-        if (again_later[p] && waiter2_q[p] == waiter_t'(i)) begin
-          park  = 1'b1;
-          later = 1'b1;
-        end
-        if (again[p] && waiter2_q[p] == waiter_t'(i)) retry = 1'b1;
-      end
-    end
-    assign wake_line[i] = done_q && wait_q[i] && !any_q[i] && where_q[i] == done_mshr_q;
-    always_ff @(posedge clk_i) begin
-      again_q[i] <= retry || visit;
-      if (wake_line[i] || visit) wait_q[i] <= 1'b0;
-      if (park) begin
-        wait_q[i]  <= 1'b1;
-        where_q[i] <= where;
-        any_q[i]   <= later;
-      end
-      if (!rst_ni) begin
-        again_q[i] <= 1'b0;
-        wait_q[i]  <= 1'b0;
-      end
-    end
-  end
-  assign wake_o       = wake_line | again_q;
-  assign wake_error_o = done_error_q ? wake_line : '0;
+  assign wake_o       = Waiters'(wake_line | again_q);
+  assign wake_error_o = done_error_q ? Waiters'(wake_line) : '0;
 
+  mshrs_t hit_lines;  // those that were looked up
+  always_comb begin
+    hit_lines = '0;
+    for (int unsigned p = 0; p < Ports; p++) if (look2_q[p]) hit_lines |= same2_q[p];
+  end
   always_ff @(posedge clk_i) begin
-    on_valid_q  <= on_valid;
-    on_key_q    <= on_key;
-    on_waiter_q <= on_waiter;
-    lease_q     <= lease_q + 1'b1;
-    keep_q      <= lease_q[LeaseBits-1-:2] == '1;
+    lease_q <= lease_q + 1'b1;
+    keep_q  <= lease_q[LeaseBits-1-:2] == '1;
 
     if (lease_q == '0) fresh_q <= '0;
-    for (int unsigned p = 0; p < Ports; p++) begin
-      for (int unsigned m = 0; m < Mshrs; m++) if (look2_q[p] && same_key2[p][m]) fresh_q[m] <= 1'b0;
-    end
+    else fresh_q <= fresh_q & ~hit_lines;
     if (allocate) begin
-      active_q[free_mshr]   <= 1'b1;
-      fresh_q[free_mshr]    <= 1'b0;
-      need_q[free_mshr]     <= 1'b1;
-      error_q[free_mshr]    <= 1'b0;
-      mshr_key_q[free_mshr] <= on_key_q;
-      way_q[free_mshr]      <= victim;
-      beat_q[free_mshr]     <= '0;
+      active_q[free_q]   <= 1'b1;
+      fresh_q[free_q]    <= 1'b0;
+      need_q[free_q]     <= 1'b1;
+      error_q[free_q]    <= 1'b0;
+      mshr_key_q[free_q] <= on_key_q;
+      way_q[free_q]      <= victim;
+      beat_q[free_q]     <= '0;
     end
 
     done_q       <= fill_valid_i && fill_last_i;
@@ -331,12 +369,11 @@ module rt_cache #(
 
     if (fetch_load) need_q[need_mshr] <= 1'b0;
     if (!rst_ni) begin
-      on_valid_q <= 1'b0;
-      active_q   <= '0;
-      fresh_q    <= '0;
-      need_q     <= '0;
-      done_q     <= 1'b0;
-      lease_q    <= '0;
+      active_q <= '0;
+      fresh_q  <= '0;
+      need_q   <= '0;
+      done_q   <= 1'b0;
+      lease_q  <= '0;
     end
   end
 

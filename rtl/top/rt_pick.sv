@@ -19,60 +19,58 @@ module rt_pick #(
 );
   localparam int unsigned GroupBits = 8;
   localparam int unsigned Groups = (Count + GroupBits - 1) / GroupBits;
-  localparam int unsigned Padded = Groups * GroupBits;
+  typedef logic [Groups-1:0] groups_t;
+  typedef logic [Groups*GroupBits-1:0] pool_t;
 
-  localparam int unsigned PaddedBits = Padded > 1 ? $clog2(Padded) : 1;
-  logic [Count-1:0]  after_q;
-  logic [PaddedBits-1:0] index[2];
-  logic [Padded-1:0] searched[2], lowest[2], above[2];  // 0: above the last choice, 1: the whole pool
+  // Bit i: a bit at or below i is set; the same in each group of its own.
+  function automatic groups_t from_lowest(groups_t x);
+    for (int unsigned step = 1; step < Groups; step *= 2) x |= x << step;
+    return x;
+  endfunction
+  function automatic pool_t from_lowest_of_group(pool_t x);
+    x |= (x << 1) & {Groups{8'hfe}};
+    x |= (x << 2) & {Groups{8'hfc}};
+    x |= (x << 4) & {Groups{8'hf0}};
+    return x;
+  endfunction
 
-  assign searched[0] = Padded'(pool_i & after_q);
-  assign searched[1] = Padded'(pool_i);
-  for (genvar s = 0; s < 2; s++) begin : gen_search
-    logic [Groups-1:0] any, first;
-    logic [PaddedBits-1:0] index_of[Groups];  // of the group's first bit
-    for (genvar g = 0; g < int'(Groups); g++) begin : gen_group
-      logic [GroupBits-1:0] group, group_first;
-      assign group  = searched[s][g*GroupBits+:GroupBits];
-      assign any[g] = group != '0;
-      for (genvar i = 0; i < int'(GroupBits); i++) begin : gen_bit
-        // A set bit below this one.
-        logic below_in_group, below_group;
-        if (i == 0) begin : gen_lowest
-          assign below_in_group = 1'b0;
-        end else begin : gen_higher
-          assign below_in_group = group[i-1:0] != '0;
-        end
-        if (g == 0) begin : gen_lowest_group
-          assign below_group = 1'b0;
-        end else begin : gen_higher_group
-          assign below_group = any[g-1:0] != '0;
-        end
-        assign group_first[i]          = group[i] && !below_in_group;
-        assign above[s][g*GroupBits+i] = below_group || below_in_group;
+  logic [Count-1:0]     after_q;
+  pool_t                searched[2], first[2], above[2];  // 0: above the last choice, 1: the whole pool
+  logic [IndexBits-1:0] index[2];
+  logic                 from_all;
+  assign searched[0] = pool_t'(pool_i & after_q);
+  assign searched[1] = pool_t'(pool_i);
+  assign from_all    = searched[0] == '0;
+  always_comb begin
+    for (int unsigned s = 0; s < 2; s++) begin
+      pool_t   reached, in_first, in_later;
+      groups_t any, any_below;
+      reached = from_lowest_of_group(searched[s]);
+      for (int unsigned g = 0; g < Groups; g++) any[g] = reached[g*GroupBits+GroupBits-1];
+      any_below = from_lowest(any) << 1;
+      for (int unsigned g = 0; g < Groups; g++) begin
+        in_first[g*GroupBits+:GroupBits] = {GroupBits{any[g] && !any_below[g]}};
+        in_later[g*GroupBits+:GroupBits] = {GroupBits{any_below[g]}};
       end
-      if (g == 0) begin : gen_lowest
-        assign first[g] = any[g];
-      end else begin : gen_higher
-        assign first[g] = any[g] && any[g-1:0] == '0;
-      end
-      assign lowest[s][g*GroupBits+:GroupBits] = first[g] ? group_first : '0;
-      always_comb begin
-        index_of[g] = '0;
-        for (int unsigned i = 0; i < GroupBits; i++) if (group_first[i]) index_of[g] |= PaddedBits'(g * GroupBits + i);
-      end
-    end
-    always_comb begin
-      index[s] = '0;
-      for (int unsigned g = 0; g < Groups; g++) if (first[g]) index[s] |= index_of[g];
+      above[s] = ((reached << 1) & {Groups{8'hfe}}) | in_later;
+      first[s] = reached & ~(reached << 1 & {Groups{8'hfe}}) & in_first;
     end
   end
-  assign onehot_o = searched[0] != '0 ? lowest[0][Count-1:0] : lowest[1][Count-1:0];
+  // The places whose number has bit b.
+  function automatic pool_t with_bit(int unsigned b);
+    for (int unsigned i = 0; i < $bits(pool_t); i++) with_bit[i] = i[b];
+  endfunction
+  for (genvar b = 0; b < int'(IndexBits); b++) begin : gen_index
+    localparam pool_t WithBit = with_bit(b);
+    assign index[0][b] = (first[0] & WithBit) != '0;
+    assign index[1][b] = (first[1] & WithBit) != '0;
+  end
+  assign onehot_o = Count'(first[32'(from_all)]);
   assign valid_o  = pool_i != '0;
-  assign index_o  = IndexBits'(searched[0] != '0 ? index[0] : index[1]);
+  assign index_o  = index[32'(from_all)];
 
   always_ff @(posedge clk_i) begin
-    if (take_i && valid_o) after_q <= searched[0] != '0 ? above[0][Count-1:0] : above[1][Count-1:0];
+    if (take_i && valid_o) after_q <= Count'(above[32'(from_all)]);
     if (!rst_ni) after_q <= '1;
   end
 
