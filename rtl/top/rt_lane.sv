@@ -71,10 +71,12 @@ module rt_lane #(
   } backtrack_tag_t;
 
   // --- who is ready ---
-  logic [Contexts-1:0] ready_q, ready_d, error_q, error_d, picked;
+  logic [Contexts-1:0] ready_q, ready_d, error_q, error_d, taken;
   logic [Contexts-1:0] launched_q;  // no step since the launch
-  logic                pick_valid;
-  context_t            pick;
+  // S0: the choice.
+  logic [Contexts-1:0] s0_onehot;
+  logic                s0_valid;
+  context_t            s0_context;
 
   rt_pick #(
       .Count(Contexts)
@@ -82,15 +84,11 @@ module rt_lane #(
       .clk_i,
       .rst_ni,
       .pool_i  (ready_q),
-      .take_i  (1'b1),
-      .valid_o (pick_valid),
-      .onehot_o(picked),
-      .index_o (pick)
+      .taken_o (taken),
+      .valid_o (s0_valid),
+      .onehot_o(s0_onehot),
+      .index_o (s0_context)
   );
-
-  // --- S0: the choice in a register ---
-  logic     s0_valid_q;
-  context_t s0_context_q;
 
   // --- S1: the state is there ---
   logic                        s1_valid_q, s1_error_q;
@@ -289,8 +287,8 @@ module rt_lane #(
       .write_en_i  (state_write_en),
       .write_addr_i(state_context),
       .write_data_i(state_write),
-      .read_en_i   (s0_valid_q),
-      .read_addr_i (s0_context_q),
+      .read_en_i   (s0_valid),
+      .read_addr_i (s0_context),
       .read_data_o (s1_stepped)
   );
   rt_ram_sdp #(
@@ -308,8 +306,8 @@ module rt_lane #(
           parent: launch_i.parent,
           node: launch_i.node
       }),
-      .read_en_i   (s0_valid_q),
-      .read_addr_i (s0_context_q),
+      .read_en_i   (s0_valid),
+      .read_addr_i (s0_context),
       .read_data_o (s1_launched)
   );
   assign s1_state = s1_launched_q ? s1_launched : s1_stepped;
@@ -341,23 +339,20 @@ module rt_lane #(
   );
 
   always_comb begin
-    ready_d = (ready_q & ~picked) | wake_i;
+    ready_d = (ready_q & ~taken) | wake_i;
     if (s3_replay) ready_d[s3_context_q] = 1'b1;
     if (state_write_en) ready_d[state_context] = 1'b1;
     if (launch_valid_i) ready_d[launch_context_i] = 1'b1;
-    error_d = error_q | wake_error_i;
-    if (s0_valid_q) error_d[s0_context_q] = 1'b0;
+    error_d = (error_q | wake_error_i) & ~s0_onehot;
   end
 
   always_ff @(posedge clk_i) begin
     ready_q      <= ready_d;
     error_q      <= error_d;
-    s0_valid_q    <= pick_valid;
-    s0_context_q  <= pick;
-    s1_valid_q    <= s0_valid_q;
-    s1_error_q    <= error_q[s0_context_q];
-    s1_context_q  <= s0_context_q;
-    s1_launched_q <= launched_q[s0_context_q];
+    s1_valid_q    <= s0_valid;
+    s1_error_q    <= (error_q & s0_onehot) != '0;
+    s1_context_q  <= s0_context;
+    s1_launched_q <= (launched_q & s0_onehot) != '0;
     if (state_write_en) launched_q[state_context] <= 1'b0;
     if (launch_valid_i) launched_q[launch_context_i] <= 1'b1;
     s2_valid_q   <= s1_valid_q;
@@ -373,7 +368,6 @@ module rt_lane #(
     if (!rst_ni) begin
       ready_q    <= '0;
       error_q    <= '0;
-      s0_valid_q <= 1'b0;
       s1_valid_q <= 1'b0;
       s2_valid_q <= 1'b0;
       s3_here_q  <= 1'b0;
@@ -383,7 +377,7 @@ module rt_lane #(
   assign events_o.hit     = look_valid_i && look_hit_i;
   assign events_o.miss    = 1'b0;  // counted where lines are fetched
   assign events_o.busy    = s3_valid && !s3_replay;
-  assign events_o.starved = !pick_valid;
+  assign events_o.starved = !s0_valid;
   assign down_o           = descend_enter;
   assign up_o             = backtrack_enter;
 

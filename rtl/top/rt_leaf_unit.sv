@@ -68,24 +68,22 @@ module rt_leaf_unit #(
     rt_contract_pkg::node_index_t [2:0] link;  // of the face the ray could leave through, by axis
   } tag_t;
 
-  logic [Contexts-1:0] ready_q, ready_d, error_q, error_d, wake, wake_error, picked;
-  logic                pick_valid;
-  context_t            pick;
+  logic [Contexts-1:0] ready_q, ready_d, error_q, error_d, wake, wake_error, taken;
+  // P0: the choice.
+  logic [Contexts-1:0] p0_onehot;
+  logic                p0_valid;
+  context_t            p0_context;
   rt_pick #(
       .Count(Contexts)
   ) u_pick (
       .clk_i,
       .rst_ni,
       .pool_i  (ready_q),
-      .take_i  (1'b1),
-      .valid_o (pick_valid),
-      .onehot_o(picked),
-      .index_o (pick)
+      .taken_o (taken),
+      .valid_o (p0_valid),
+      .onehot_o(p0_onehot),
+      .index_o (p0_context)
   );
-
-  // --- P0: the choice in a register ---
-  logic     p0_valid_q;
-  context_t p0_context_q;
 
   // --- P1 ---
   logic                     p1_valid_q, p1_error_q, p1_look;
@@ -118,8 +116,8 @@ module rt_leaf_unit #(
       .write_en_i  (in_valid_i),
       .write_addr_i(in_context_i),
       .write_data_i(in_data_i),
-      .read_en_i   (p0_valid_q),
-      .read_addr_i (p0_context_q),
+      .read_en_i   (p0_valid),
+      .read_addr_i (p0_context),
       .read_data_o (p1_arrival)
   );
 
@@ -272,21 +270,18 @@ module rt_leaf_unit #(
   assign leave_context_o = tag_out.ctx;
 
   always_comb begin
-    ready_d = (ready_q & ~picked) | wake;
+    ready_d = (ready_q & ~taken) | wake;
     if (p3_replay) ready_d[p3_context_q] = 1'b1;
     if (in_valid_i) ready_d[in_context_i] = 1'b1;
-    error_d = error_q | wake_error;
-    if (p0_valid_q) error_d[p0_context_q] = 1'b0;
+    error_d = (error_q | wake_error) & ~p0_onehot;
   end
 
   always_ff @(posedge clk_i) begin
     ready_q      <= ready_d;
     error_q      <= error_d;
-    p0_valid_q   <= pick_valid;
-    p0_context_q <= pick;
-    p1_valid_q   <= p0_valid_q;
-    p1_error_q   <= error_q[p0_context_q];
-    p1_context_q <= p0_context_q;
+    p1_valid_q   <= p0_valid;
+    p1_error_q   <= (error_q & p0_onehot) != '0;
+    p1_context_q <= p0_context;
     p2_valid_q   <= p1_valid_q;
     p2_context_q <= p1_context_q;
     p2_arrival_q <= p1_arrival;
@@ -299,7 +294,6 @@ module rt_leaf_unit #(
     if (!rst_ni) begin
       ready_q    <= '0;
       error_q    <= '0;
-      p0_valid_q <= 1'b0;
       p1_valid_q <= 1'b0;
       p2_valid_q <= 1'b0;
       p3_here_q  <= 1'b0;
@@ -308,7 +302,7 @@ module rt_leaf_unit #(
 
   assign events_o.hit     = p3_look && p3_hit;
   assign events_o.busy    = enter;
-  assign events_o.starved = !pick_valid;
+  assign events_o.starved = !p0_valid;
   assign leaf_o           = enter && p3_fault_q == rt_core_pkg::EventGoOn;
 
   `RT_ASSERT(WakesNobodyTwice, (wake & ready_q) == '0)

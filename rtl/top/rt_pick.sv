@@ -1,9 +1,10 @@
 // Round-robin choice of one set bit.
 //
-// Rule        The first set bit above the one taken last, else the first one. take_i says that the choice is used in this clock.
+// Rule        The first set bit above the one chosen last, else the first one. taken_o names it in the clock of the choice, so that the pool can
+//             leave it out in the next one; valid_o, onehot_o and index_o say it one clock later.
 // Structure   In two levels, groups of GroupBits: no carry chain over the whole pool. The pool above the last choice and the whole pool are searched
-//             side by side; which of them counts is known last.
-// Latency     0, combinational; the pointer moves with take_i.
+//             side by side; which of them counts is known last. The number of the choice is found behind the register.
+// Latency     1. A choice in every clock.
 `include "rt_assert.svh"
 module rt_pick #(
     parameter int unsigned Count = 32,
@@ -12,7 +13,7 @@ module rt_pick #(
     input  logic                 clk_i,
     input  logic                 rst_ni,
     input  logic [Count-1:0]     pool_i,
-    input  logic                 take_i,
+    output logic [Count-1:0]     taken_o,
     output logic                 valid_o,
     output logic [Count-1:0]     onehot_o,
     output logic [IndexBits-1:0] index_o
@@ -34,10 +35,9 @@ module rt_pick #(
     return x;
   endfunction
 
-  logic [Count-1:0]     after_q;
-  pool_t                searched[2], first[2], above[2];  // 0: above the last choice, 1: the whole pool
-  logic [IndexBits-1:0] index[2];
-  logic                 from_all;
+  logic [Count-1:0] after_q, chosen_q;
+  logic             valid_q, from_all;
+  pool_t            searched[2], first[2], above[2];  // 0: above the last choice, 1: the whole pool
   assign searched[0] = pool_t'(pool_i & after_q);
   assign searched[1] = pool_t'(pool_i);
   assign from_all    = searched[0] == '0;
@@ -56,23 +56,27 @@ module rt_pick #(
       first[s] = reached & ~(reached << 1 & {Groups{8'hfe}}) & in_first;
     end
   end
+  assign taken_o = Count'(first[32'(from_all)]);
+  always_ff @(posedge clk_i) begin
+    chosen_q <= taken_o;
+    valid_q  <= pool_i != '0;
+    if (pool_i != '0) after_q <= Count'(above[32'(from_all)]);
+    if (!rst_ni) begin
+      valid_q <= 1'b0;
+      after_q <= '1;
+    end
+  end
+
   // The places whose number has bit b.
-  function automatic pool_t with_bit(int unsigned b);
-    for (int unsigned i = 0; i < $bits(pool_t); i++) with_bit[i] = i[b];
+  function automatic logic [Count-1:0] with_bit(int unsigned b);
+    for (int unsigned i = 0; i < Count; i++) with_bit[i] = i[b];
   endfunction
   for (genvar b = 0; b < int'(IndexBits); b++) begin : gen_index
-    localparam pool_t WithBit = with_bit(b);
-    assign index[0][b] = (first[0] & WithBit) != '0;
-    assign index[1][b] = (first[1] & WithBit) != '0;
+    localparam logic [Count-1:0] WithBit = with_bit(b);
+    assign index_o[b] = (chosen_q & WithBit) != '0;
   end
-  assign onehot_o = Count'(first[32'(from_all)]);
-  assign valid_o  = pool_i != '0;
-  assign index_o  = index[32'(from_all)];
+  assign valid_o  = valid_q;
+  assign onehot_o = chosen_q;
 
-  always_ff @(posedge clk_i) begin
-    if (take_i && valid_o) after_q <= Count'(above[32'(from_all)]);
-    if (!rst_ni) after_q <= '1;
-  end
-
-  `RT_ASSERT(OneHot, $onehot0(onehot_o))
+  `RT_ASSERT(OneHot, $onehot0(taken_o))
 endmodule

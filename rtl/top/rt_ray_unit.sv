@@ -6,9 +6,9 @@
 //             Any row_i is safe: every index below count_i is visited once (rows are ignored where their sums could overflow).
 // Reads       Only the beats that hold fields; where that leaves out the end of a record, one ray a burst. Otherwise at most RaysPerBurst
 //             rays, within an aligned block of as many, so that no burst crosses 4 KB; as many in flight as the ray FIFO has room for. One id, so the answers come in order; u_order remembers which rays they are.
-// Rate        One burst in Settle + 1 clocks, one launch in three: a ray is traced for many more, so index, address and free context are found
-//             step by step, each in a register.
-// Context     Consecutive rays go to one lane, BlockRays at a time, as long as it has a free context; otherwise to any lane.
+// Rate        One burst in Settle + 1 clocks, one launch in two: a ray is traced for many more, so index and address are found step by step, each
+//             in a register.
+// Context     The first rays go to the lanes in turn, BlockRays to each; the following ones get contexts in the order in which they became free.
 // Launch      launch_valid_o with everything that the units keep of a ray; all of them take it in the same clock.
 // Faults      A ray that could not be read, or that rt_ray_setup rejects, is launched with the fault and ends at once in its lane.
 `include "rt_assert.svh"
@@ -51,7 +51,6 @@ module rt_ray_unit #(
   localparam int unsigned BeatBits = $clog2(RayBeats);
   localparam int unsigned RayShift = $clog2(rt_contract_pkg::RayBytes);
   localparam int unsigned RoomBits = $clog2(QueueRays + 1);
-  localparam int unsigned ContextsPerLane = Config.contexts_per_lane;
   localparam int unsigned BlockBits = $clog2(BlockRays);
   localparam int unsigned LaneBits = Config.lanes > 1 ? $clog2(Config.lanes) : 1;
 
@@ -259,53 +258,48 @@ module rt_ray_unit #(
       .out_tag_o  (setup_tag)
   );
 
-  // --- a free context: chosen among those of the lane, or else all, before a ray needs it ---
-  logic [Contexts-1:0]    free_q, free_d, in_lane, pool_q, picked;
-  logic [LaneBits-1:0]    lane_q;
-  logic [BlockBits-1:0]   block_q;
-  logic [ContextBits-1:0] pick, next_context_q;
-  logic                   pool_full_q, next_valid_q, launch, pick_valid_unused;
-  logic [ContextBits:0]   used_q;
+  // --- a free context, before a ray needs it: one that no ray has had yet, then those that were freed, in that order ---
+  logic [ContextBits-1:0] next_context_q, freed_context, new_context;
+  logic                   next_valid_q, launch, freed_valid, freed_take, freed_room, new_left;
+  logic [ContextBits:0]   used_q, new_q;  // new_q: contexts that have had a ray
+  logic [ContextBits:0]   freed_usage_unused;
 
-  always_comb begin
-    for (int unsigned i = 0; i < Contexts; i++) in_lane[i] = free_q[i] && LaneBits'(i / ContextsPerLane) == lane_q;
+  // New ones in turns of BlockRays for each lane.
+  assign new_left = new_q != (ContextBits + 1)'(Contexts);
+  if (Config.lanes > 1) begin : gen_turns
+    assign new_context = {new_q[BlockBits+:LaneBits], new_q[ContextBits-1:BlockBits+LaneBits], new_q[BlockBits-1:0]};
+  end else begin : gen_one_lane
+    assign new_context = new_q[ContextBits-1:0];
   end
-  rt_pick #(
-      .Count(Contexts)
-  ) u_pick (
+  assign freed_take = !next_valid_q && !new_left && freed_valid;
+  rt_fifo #(
+      .Depth (Contexts),
+      .data_t(logic [ContextBits-1:0])
+  ) u_freed (
       .clk_i,
       .rst_ni,
-      .pool_i  (pool_q),
-      .take_i  (pool_full_q),
-      .valid_o (pick_valid_unused),
-      .onehot_o(picked),
-      .index_o (pick)
+      .in_valid_i (free_valid_i),
+      .in_ready_o (freed_room),
+      .in_data_i  (free_context_i),
+      .out_valid_o(freed_valid),
+      .out_ready_i(freed_take),
+      .out_data_o (freed_context),
+      .usage_o    (freed_usage_unused)
   );
   assign launch_valid_o = setup_valid && next_valid_q;
   assign launch         = launch_valid_o && launch_ready_i;
   assign setup_take     = next_valid_q && launch_ready_i;
-
-  always_comb begin
-    free_d = pool_full_q ? free_q & ~picked : free_q;
-    if (free_valid_i) free_d[free_context_i] = 1'b1;
-  end
   always_ff @(posedge clk_i) begin
-    free_q <= free_d;
     used_q <= used_q + (ContextBits + 1)'(launch) - (ContextBits + 1)'(free_valid_i);
-    pool_q <= in_lane != '0 ? in_lane : free_q;
-    pool_full_q <= !next_valid_q && !pool_full_q && free_q != '0;
-    if (pool_full_q) begin
-      next_valid_q   <= 1'b1;
-      next_context_q <= pick;
-      block_q        <= block_q + 1'b1;
-      if (block_q == '1) lane_q <= lane_q == LaneBits'(Config.lanes - 1) ? '0 : lane_q + 1'b1;
-    end else if (launch) next_valid_q <= 1'b0;
+    if (launch) next_valid_q <= 1'b0;
+    if (!next_valid_q) begin
+      next_valid_q   <= new_left || freed_valid;
+      next_context_q <= new_left ? new_context : freed_context;
+      if (new_left) new_q <= new_q + 1'b1;
+    end
     if (!rst_ni) begin
-      free_q       <= '1;
       used_q       <= '0;
-      lane_q       <= '0;
-      block_q      <= '0;
-      pool_full_q  <= 1'b0;
+      new_q        <= '0;
       next_valid_q <= 1'b0;
     end
   end
@@ -329,6 +323,6 @@ module rt_ray_unit #(
 
   `RT_ASSERT(RayIsExpected, !push_q || order_valid)
   `RT_ASSERT(QueueHasRoom, !push_q || push_room)
-  `RT_ASSERT(FreesWhatIsUsed, !free_valid_i || !free_q[free_context_i])
+  `RT_ASSERT(FreesWhatIsUsed, !free_valid_i || (used_q != '0 && freed_room))
   `RT_ASSERT(BlockIsPowerOfTwo, BlockRays == (1 << BlockBits))
 endmodule

@@ -73,25 +73,23 @@ module rt_reference_unit #(
   typedef logic [ContextBits-1:0] context_t;
   typedef rt_contract_pkg::status_t status_t;
 
-  logic [Contexts-1:0] ready_q, ready_d, first_q, first_d, error_q, error_d, picked;
+  logic [Contexts-1:0] ready_q, ready_d, first_q, first_d, error_q, error_d, taken;
   logic [Contexts-1:0] list_wake, list_wake_error, triangle_wake, triangle_wake_error;
-  logic                pick_valid;
-  context_t            pick;
+  // I0: the choice.
+  logic [Contexts-1:0] i0_onehot;
+  logic                i0_valid;
+  context_t            i0_context;
   rt_pick #(
       .Count(Contexts)
   ) u_pick (
       .clk_i,
       .rst_ni,
       .pool_i  (ready_q),
-      .take_i  (1'b1),
-      .valid_o (pick_valid),
-      .onehot_o(picked),
-      .index_o (pick)
+      .taken_o (taken),
+      .valid_o (i0_valid),
+      .onehot_o(i0_onehot),
+      .index_o (i0_context)
   );
-
-  // --- I0: the choice in a register ---
-  logic     i0_valid_q;
-  context_t i0_context_q;
 
   // --- I1: what is stored ---
   logic                             i1_valid_q, i1_first_q, i1_error_q, i1_resolved_q;
@@ -264,8 +262,8 @@ module rt_reference_unit #(
       .write_en_i  (references_valid_i),
       .write_addr_i(references_context_i),
       .write_data_i(references_i),
-      .read_en_i   (i0_valid_q),
-      .read_addr_i (i0_context_q),
+      .read_en_i   (i0_valid),
+      .read_addr_i (i0_context),
       .read_data_o (i1_refs)
   );
 
@@ -308,8 +306,8 @@ module rt_reference_unit #(
       .write_en_i  (i7_done),
       .write_addr_i(i7_context_q),
       .write_data_i(i7_after),
-      .read_en_i   (i0_valid_q),
-      .read_addr_i (i0_context_q),
+      .read_en_i   (i0_valid),
+      .read_addr_i (i0_context),
       .read_data_o (i1_stored)
   );
 
@@ -324,8 +322,8 @@ module rt_reference_unit #(
       .write_en_i  (i7_missed),
       .write_addr_i(i7_context_q),
       .write_data_i(i7_index_q),
-      .read_en_i   (i0_valid_q),
-      .read_addr_i (i0_context_q),
+      .read_en_i   (i0_valid),
+      .read_addr_i (i0_context),
       .read_data_o (i1_resolved)
   );
   always_ff @(posedge clk_i) begin
@@ -378,27 +376,24 @@ module rt_reference_unit #(
   end
 
   always_comb begin
-    ready_d = (ready_q & ~picked) | list_wake | triangle_wake;
+    ready_d = (ready_q & ~taken) | list_wake | triangle_wake;
     if (i7_replay || (i7_done && !i7_last)) ready_d[i7_context_q] = 1'b1;
     if (in_valid_i) ready_d[in_context_i] = 1'b1;
     first_d = first_q;
     if (i7_done) first_d[i7_context_q] = 1'b0;
     if (in_valid_i) first_d[in_context_i] = 1'b1;
-    error_d = error_q | list_wake_error | triangle_wake_error;
-    if (i0_valid_q) error_d[i0_context_q] = 1'b0;
+    error_d = (error_q | list_wake_error | triangle_wake_error) & ~i0_onehot;
   end
 
   always_ff @(posedge clk_i) begin
     ready_q        <= ready_d;
     first_q        <= first_d;
     error_q        <= error_d;
-    i0_valid_q       <= pick_valid;
-    i0_context_q     <= pick;
-    i1_valid_q       <= i0_valid_q;
-    i1_context_q     <= i0_context_q;
-    i1_first_q       <= first_q[i0_context_q];
-    i1_error_q       <= error_q[i0_context_q];
-    i1_resolved_q    <= resolved_q[i0_context_q];
+    i1_valid_q       <= i0_valid;
+    i1_context_q     <= i0_context;
+    i1_first_q       <= (first_q & i0_onehot) != '0;
+    i1_error_q       <= (error_q & i0_onehot) != '0;
+    i1_resolved_q    <= (resolved_q & i0_onehot) != '0;
     i2_valid_q       <= i1_valid_q;
     i2_context_q     <= i1_context_q;
     i2_error_q       <= i1_error_q;
@@ -449,7 +444,6 @@ module rt_reference_unit #(
       ready_q    <= '0;
       first_q    <= '0;
       error_q    <= '0;
-      i0_valid_q <= 1'b0;
       i1_valid_q <= 1'b0;
       i2_valid_q <= 1'b0;
       i3_valid_q <= 1'b0;
@@ -462,7 +456,7 @@ module rt_reference_unit #(
 
   assign events_o.hit     = i7_look && i7_hit;
   assign events_o.busy    = i7_done;
-  assign events_o.starved = !pick_valid;
+  assign events_o.starved = !i0_valid;
   assign list_hit_o       = i4_list_look && i4_list_hit;
   assign skipped_o        = i7_done && i7_known_q;
 
