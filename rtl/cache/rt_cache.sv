@@ -8,7 +8,7 @@
 // Pipeline    c: address of tags and data. c + 1: tags compared, the key compared with the MSHRs. c + 2: answer; who missed joins an MSHR, or (one
 //             of all ports) goes on, or tries again, at once if an MSHR is free. c + 3: the one that went on gets an MSHR, joins one or waits for
 //             any; the others are noted, those whose MSHR finishes just now try again. c + 4: so is the one that went on.
-//             A line is seen by its tag or by its MSHR at every moment. Keys are compared once, in c + 1; from there the results travel along, and
+//             A line is seen by its tag or by its MSHR at every moment; a lookup that reads tags while they are written tries again. Keys are compared once, in c + 1; from there the results travel along, and
 //             an MSHR that is taken meanwhile is put right by comparing with the one key that can take it.
 // Progress    A line that was filled is kept by its MSHR until it has been hit once (fresh), so that those who asked for it get it before the
 //             next one takes its way. Where no other is free, a miss takes an MSHR that only keeps a line, but in the last quarter of every 2^LeaseBits
@@ -127,6 +127,21 @@ module rt_cache #(
   assign fill_mshr = mshr_t'(fill_mshr_i);
   assign fill_beat = beat_q[fill_mshr];
 
+  // Tags are written by the end of a fill, or one after the other by a flush.
+  set_t flush_set_q, tag_set;
+  logic flushing_q;
+  tag_t tag_new;
+  assign flushing_o    = flushing_q || flush_i;
+  assign tag_set       = flushing_q ? flush_set_q : mshr_key_q[done_mshr_q][SetBits-1:0];
+  assign tag_new.valid = !flushing_q && !done_error_q;
+  assign tag_new.tag   = mshr_key_q[done_mshr_q][KeyBits-1:SetBits];
+  always_ff @(posedge clk_i) begin
+    if (flush_i) flushing_q <= 1'b1;
+    else if (flush_set_q == '1) flushing_q <= 1'b0;
+    flush_set_q <= flushing_q ? flush_set_q + 1'b1 : '0;
+    if (!rst_ni) flushing_q <= 1'b0;
+  end
+
   // --- lookup: c + 1 ---
   logic [Ports-1:0]           look1_q, look2_q;
   key_t                       key1_q[Ports], key2_q[Ports];
@@ -135,7 +150,8 @@ module rt_cache #(
   logic [WordBits-1:0]        data_read[Ports][Ways];
   logic [Ports-1:0][Ways-1:0] way_hit_q;
   logic [WordBits-1:0]        data_q[Ports][Ways];
-  logic [Ports-1:0]           busy_q;                 // an MSHR fetched the line in c + 1
+  logic [Ports-1:0]           unsure1_q;              // the tags were written in the clock in which they were read
+  logic [Ports-1:0]           busy_q;                 // an MSHR fetched the line in c + 1, or its tags are not known
   mshrs_t                     set1[Ports], key1[Ports];      // MSHRs with the set, with the whole key
   mshrs_t                     set2_q[Ports], same2_q[Ports];
   logic                       on_valid, on_valid_q;
@@ -155,7 +171,8 @@ module rt_cache #(
       waiter1_q[p] <= req_waiter_i[p];
       key2_q[p]    <= key1_q[p];
       waiter2_q[p] <= waiter1_q[p];
-      busy_q[p]    <= (key1[p] & active_q) != '0;
+      unsure1_q[p] <= (done_q || flushing_q) && req_key_i[p][SetBits-1:0] == tag_set;
+      busy_q[p]    <= (key1[p] & active_q) != '0 || unsure1_q[p];
       set2_q[p]    <= set1[p];
       same2_q[p]   <= key1[p];
       if (allocate) begin
@@ -164,7 +181,7 @@ module rt_cache #(
       end
       // The way that is being filled counts as invalid.
       for (int unsigned w = 0; w < Ways; w++) begin
-        way_hit_q[p][w] <= look1_q[p] && tag_read[p][w].valid && tag_read[p][w].tag == key1_q[p][KeyBits-1:SetBits] &&
+        way_hit_q[p][w] <= look1_q[p] && !unsure1_q[p] && tag_read[p][w].valid && tag_read[p][w].tag == key1_q[p][KeyBits-1:SetBits] &&
                            (set1[p] & active_q & (way_q ^ {Mshrs{w == 0}})) == '0;
         data_q[p][w]    <= data_read[p][w];
       end
@@ -405,21 +422,6 @@ module rt_cache #(
   logic [AddrBits-1:0] fill_addr;
   assign fill_addr = word_address(mshr_key_q[fill_mshr][SetBits-1:0], SelectBits'(int'(fill_beat) / Banks));
 
-  // Tags are written by the end of a fill, or one after the other by a flush.
-  set_t flush_set_q, tag_set;
-  logic flushing_q;
-  tag_t tag_new;
-  assign flushing_o    = flushing_q || flush_i;
-  assign tag_set       = flushing_q ? flush_set_q : mshr_key_q[done_mshr_q][SetBits-1:0];
-  assign tag_new.valid = !flushing_q && !done_error_q;
-  assign tag_new.tag   = mshr_key_q[done_mshr_q][KeyBits-1:SetBits];
-  always_ff @(posedge clk_i) begin
-    if (flush_i) flushing_q <= 1'b1;
-    else if (flush_set_q == '1) flushing_q <= 1'b0;
-    flush_set_q <= flushing_q ? flush_set_q + 1'b1 : '0;
-    if (!rst_ni) flushing_q <= 1'b0;
-  end
-
   for (genvar w = 0; w < int'(Ways); w++) begin : gen_way
     logic tag_write;
     logic [Banks-1:0] bank_write;
@@ -429,9 +431,8 @@ module rt_cache #(
     end
     for (genvar p = 0; p < int'(Ports); p++) begin : gen_port
       rt_ram_sdp #(
-          .Depth  (Sets),
-          .Forward(1'b1),
-          .data_t (tag_t)
+          .Depth (Sets),
+          .data_t(tag_t)
       ) u_tag (
           .clk_i,
           .rst_ni,

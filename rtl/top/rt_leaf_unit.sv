@@ -57,6 +57,11 @@ module rt_leaf_unit #(
 );
   typedef logic [ContextBits-1:0] context_t;
   typedef struct packed {
+    logic                  beyond;  // there is no such leaf
+    logic [1:0]            beats;   // of the record that are needed
+    rt_core_pkg::arrival_t arrival;
+  } stored_t;
+  typedef struct packed {
     context_t                           ctx;
     rt_contract_pkg::status_t           fault;
     logic                               bad_kind;
@@ -88,37 +93,45 @@ module rt_leaf_unit #(
   // --- P1 ---
   logic                     p1_valid_q, p1_error_q, p1_look;
   context_t                 p1_context_q;
+  stored_t                  p1_stored;
   rt_core_pkg::arrival_t    p1_arrival;
   rt_contract_pkg::status_t p1_fault;
   always_comb begin
     p1_fault = rt_core_pkg::EventGoOn;
     if (p1_error_q) p1_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
-    else if (32'(p1_arrival.leaf) >= view_i.leaf_count) p1_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadIndex);
+    else if (p1_stored.beyond) p1_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadIndex);
   end
   assign p1_look = p1_valid_q && p1_fault == rt_core_pkg::EventGoOn;
 
-  // Planes, links and kind are always read, the parent where walks climb, and as many references as there are. Refs end at bits 380, 428, 452.
   rt_core_pkg::leaf_key_t p1_key;
+  assign p1_arrival   = p1_stored.arrival;
+  assign p1_key.leaf  = p1_arrival.leaf;
+  assign p1_key.beats = p1_stored.beats;
+
+  // What can be said of an arrival is said before it is stored: a block RAM answers late. Planes, links and kind are always read, the parent where
+  // walks climb, and as many references as there are. Refs end at bits 380, 428, 452.
+  stored_t in_stored;
   always_comb begin
-    p1_key.leaf  = p1_arrival.leaf;
-    p1_key.beats = 2'd3;
-    if (p1_arrival.size <= 3'd4) p1_key.beats = 2'd2;
-    if (p1_arrival.size <= 3'd2) p1_key.beats = 2'd1;
-    if (p1_arrival.size == '0 && !parent_links_i) p1_key.beats = 2'd0;
+    in_stored.arrival = in_data_i;
+    in_stored.beyond  = 32'(in_data_i.leaf) >= view_i.leaf_count;
+    in_stored.beats   = 2'd3;
+    if (in_data_i.size <= 3'd4) in_stored.beats = 2'd2;
+    if (in_data_i.size <= 3'd2) in_stored.beats = 2'd1;
+    if (in_data_i.size == '0 && !parent_links_i) in_stored.beats = 2'd0;
   end
 
   rt_ram_sdp #(
       .Depth (Contexts),
-      .data_t(rt_core_pkg::arrival_t)
+      .data_t(stored_t)
   ) u_arrival (
       .clk_i,
       .rst_ni,
       .write_en_i  (in_valid_i),
       .write_addr_i(in_context_i),
-      .write_data_i(in_data_i),
+      .write_data_i(in_stored),
       .read_en_i   (p0_valid),
       .read_addr_i (p0_context),
-      .read_data_o (p1_arrival)
+      .read_data_o (p1_stored)
   );
 
   // --- P2 ---

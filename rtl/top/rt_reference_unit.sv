@@ -72,6 +72,11 @@ module rt_reference_unit #(
   `RT_ASSERT_INIT(ListKeyMatchesPort, ListKeyBits == 24)
   typedef logic [ContextBits-1:0] context_t;
   typedef rt_contract_pkg::status_t status_t;
+  typedef struct packed {
+    logic signed [rt_contract_pkg::ListIndexBits:0] before_list;  // list_base - LeafInline
+    rt_core_pkg::references_t                       references;
+  } kept_t;
+  kept_t references_kept;
 
   logic [Contexts-1:0] ready_q, ready_d, first_q, first_d, error_q, error_d, taken;
   logic [Contexts-1:0] list_wake, list_wake_error, triangle_wake, triangle_wake_error;
@@ -95,19 +100,20 @@ module rt_reference_unit #(
   logic                             i1_valid_q, i1_first_q, i1_error_q, i1_resolved_q;
   context_t                         i1_context_q;
   rt_contract_pkg::triangle_index_t i1_stored, i1_resolved;
-  rt_core_pkg::references_t         i1_refs;
+  kept_t                            i1_refs;
 
   // --- I2: which reference ---
   logic                             i2_valid_q, i2_error_q, i2_resolved_q;
   context_t                         i2_context_q;
   rt_contract_pkg::triangle_index_t i2_next_q, i2_known_index_q, i2_inline;
   rt_core_pkg::references_t         i2_refs_q;
+  logic signed [rt_contract_pkg::ListIndexBits:0] i2_before_list_q;
   logic                             i2_from_list, i2_list_look;
   logic [31:0]                      i2_entry;
   status_t                          i2_event;
 
   assign i2_from_list = !i2_resolved_q && i2_next_q >= 24'(rt_contract_pkg::LeafInline);
-  assign i2_entry     = 32'(i2_refs_q.list_base) + 32'(i2_next_q) - 32'(rt_contract_pkg::LeafInline);
+  assign i2_entry     = 32'(i2_before_list_q) + 32'(i2_next_q);
   always_comb begin
     i2_inline = i2_refs_q.refs[0];
     for (int unsigned i = 1; i < rt_contract_pkg::LeafInline; i++) begin
@@ -194,15 +200,15 @@ module rt_reference_unit #(
   logic                             i6_valid_q, i6_known_q;
   context_t                         i6_context_q;
   status_t                          i6_event_q;
-  rt_contract_pkg::triangle_index_t i6_index_q, i6_next_q, i6_count_q;
+  rt_contract_pkg::triangle_index_t i6_index_q, i6_after_q, i6_count_q;
   rt_core_pkg::test_ray_t           i6_ray;
 
   // --- I7: the triangle is there: send and note ---
   logic                              i7_here_q, i7_valid, i7_look, i7_hit, i7_missed;
-  logic                              i7_known_q, i7_send, i7_done, i7_last, i7_replay;
+  logic                              i7_known_q, i7_final_q, i7_send, i7_done, i7_last, i7_replay;
   context_t                          i7_context_q;
   status_t                           i7_event_q;
-  rt_contract_pkg::triangle_index_t  i7_index_q, i7_next_q, i7_count_q, i7_after;
+  rt_contract_pkg::triangle_index_t  i7_index_q, i7_after_q;
   rt_contract_pkg::triangle_record_t i7_triangle;
   rt_core_pkg::test_ray_t            i7_ray_q;
 
@@ -253,15 +259,19 @@ module rt_reference_unit #(
       .read_addr_i (i5_context_q),
       .read_data_o (i6_ray)
   );
+  // The list begins behind the references in the record; before the first entry its base is negative.
+  assign references_kept.references   = references_i;
+  assign references_kept.before_list = (rt_contract_pkg::ListIndexBits + 1)'(references_i.list_base) -
+                                       (rt_contract_pkg::ListIndexBits + 1)'(rt_contract_pkg::LeafInline);
   rt_ram_sdp #(
       .Depth (Contexts),
-      .data_t(rt_core_pkg::references_t)
+      .data_t(kept_t)
   ) u_references (
       .clk_i,
       .rst_ni,
       .write_en_i  (references_valid_i),
       .write_addr_i(references_context_i),
-      .write_data_i(references_i),
+      .write_data_i(references_kept),
       .read_en_i   (i0_valid),
       .read_addr_i (i0_context),
       .read_data_o (i1_refs)
@@ -270,8 +280,7 @@ module rt_reference_unit #(
   // Without a look-up there is nothing to test; after a miss the cache has the context.
   assign i7_valid  = i7_here_q && (!i7_look || i7_hit);
   assign i7_missed = i7_here_q && i7_look && !i7_hit;
-  assign i7_after  = i7_next_q + 1'b1;
-  assign i7_last   = i7_event_q != rt_core_pkg::EventGoOn || i7_after == i7_count_q;
+  assign i7_last   = i7_event_q != rt_core_pkg::EventGoOn || i7_final_q;
   // A skipped reference in the middle of a leaf sends nothing.
   assign i7_send   = i7_valid && (!i7_known_q || i7_last);
   assign i7_replay = i7_send && !out_ready_i;
@@ -305,7 +314,7 @@ module rt_reference_unit #(
       .rst_ni,
       .write_en_i  (i7_done),
       .write_addr_i(i7_context_q),
-      .write_data_i(i7_after),
+      .write_data_i(i7_after_q),
       .read_en_i   (i0_valid),
       .read_addr_i (i0_context),
       .read_data_o (i1_stored)
@@ -400,7 +409,8 @@ module rt_reference_unit #(
     i2_resolved_q    <= i1_resolved_q;
     i2_next_q        <= i1_first_q ? '0 : i1_stored;
     i2_known_index_q <= i1_resolved;
-    i2_refs_q        <= i1_refs;
+    i2_refs_q        <= i1_refs.references;
+    i2_before_list_q <= i1_refs.before_list;
     i3_valid_q       <= i2_valid_q;
     i3_context_q     <= i2_context_q;
     i3_event_q       <= i2_event;
@@ -429,15 +439,15 @@ module rt_reference_unit #(
     i6_event_q       <= i5_event;
     i6_known_q       <= i5_known && i5_event == rt_core_pkg::EventGoOn;
     i6_index_q       <= i5_index_q[23:0];
-    i6_next_q        <= i5_next_q;
+    i6_after_q       <= i5_next_q + 1'b1;
     i6_count_q       <= i5_count_q;
     i7_here_q        <= i6_valid_q;
     i7_context_q     <= i6_context_q;
     i7_event_q       <= i6_event_q;
     i7_known_q       <= i6_known_q;
     i7_index_q       <= i6_index_q;
-    i7_next_q        <= i6_next_q;
-    i7_count_q       <= i6_count_q;
+    i7_after_q       <= i6_after_q;
+    i7_final_q       <= i6_after_q == i6_count_q;
     i7_ray_q         <= i6_ray;
     if (ray_valid_i) any_q[ray_context_i] <= ray_i.any;
     if (!rst_ni) begin
