@@ -1,8 +1,7 @@
 """Line and toggle coverage of the RTL: adds up what the models counted (testbench/cosim/coverage.hpp) and writes docs/coverage.md.
 
 A point is a branch or block of lines, or one bit of one signal; a module that is instantiated several times, or with several parameters, counts
-once: a point is covered if any instance covers it. Exit code 1 if a total is below the bound, or, with --check, if a signal or line that is not
-covered has no reason in rtl/coverage.toml.
+once: a point is covered if any instance covers it. Exit code 1 if a total is below the bound. Reasons for what is not covered: rtl/coverage.toml.
 """
 import argparse
 import collections
@@ -92,6 +91,7 @@ def main():
     out = ["# Coverage of the RTL", "", "<!-- Written by scripts/coverage.sh. Do not edit. -->", "",
            "Line and toggle coverage as Verilator counts them, over the benches of the library, the stages and the whole core (`scripts/coverage.sh`).",
            "A point is a block of lines, or one bit of a signal. A module that is instantiated several times counts once. Both totals must reach %.0f %%." % BOUND,
+           "Of the core, lines count in the configurations `small` and `ecp5`, bits in `small`: widths that only `ecp5` has are not among them.",
            "", "| file | lines | % | signal bits | % |", "| --- | ---: | ---: | ---: | ---: |"]
     for path, row in sorted(modules.items()):
         out.append("| `%s` | %d / %d | %.1f | %d / %d | %.1f |" % (path, row[0], row[1], percent(row[0], row[1]), row[2], row[3], percent(row[2], row[3])))

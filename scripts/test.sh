@@ -1,29 +1,18 @@
 #!/usr/bin/env bash
-# Passes every test: set-up, release build, ctest, format and lint, the tests that read input under sanitizers, and a minute of fuzzing of
-# each loader.
+# Passes every test: set-up, release build, ctest, format and lint, coverage of the RTL, the tests that read input under sanitizers, and a minute of
+# fuzzing of each loader.
 # usage: scripts/test.sh
 # RETRACE_SEED chooses another seed for all randomised tests.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 started=$SECONDS
 step() { printf '\n== %4d s  %s\n' $((SECONDS - started)) "$*"; }
-build() {  # build PRESET TARGET...: quiet unless it fails
-  local preset=$1
-  shift
-  mkdir -p build
-  if ! { cmake --preset "$preset" "${options[@]}" && cmake --build "build/$preset" --target "$@"; } >"build/$preset.log" 2>&1; then
-    grep -E 'error|FAILED|undefined' -A8 "build/$preset.log" | head -60 >&2 || tail -40 "build/$preset.log" >&2
-    echo "test: the $preset build failed, see build/$preset.log" >&2
-    exit 1
-  fi
-}
-options=()
 
 step "set-up"
 scripts/setup.sh --tools
 
 step "release build"
-build release all
+scripts/build.sh release all
 step "tests"
 ctest --preset release -j "$(nproc)"
 step "format and lint"
@@ -32,7 +21,7 @@ scripts/rtl_lint.sh --require-yosys
 step "coverage of the RTL"
 scripts/coverage.sh --output build/coverage.md
 step "sanitizer build (address, undefined behaviour; fuzz targets)"
-build asan sanitized gltf_fuzz image_fuzz
+scripts/build.sh asan sanitized gltf_fuzz image_fuzz
 step "tests under sanitizers"
 ctest --preset asan -L sanitized -j "$(nproc)"
 
