@@ -4,9 +4,10 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
+
+#include "testbench/cli/workspace.hpp"
 
 namespace retrace::cli {
 namespace {
@@ -14,8 +15,6 @@ namespace {
 constexpr double kSilent = 0.5;      ///< seconds before anything is shown
 constexpr double kLineInterval = 2;  ///< seconds between two lines where there is no terminal
 constexpr double kInterval = 0.1;    ///< seconds between two drawings of the bar
-
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 }  // namespace
 
