@@ -1,20 +1,26 @@
-// Read-only cache that never makes its users wait: a lookup hits in the next clock, or its waiter is parked and woken later.
+// Read-only cache that never makes its users wait: a lookup hits two clocks later, or its waiter is parked and woken later.
 //
-// Lookup      On each of Ports ports: req_* in clock c, answer in clock c + 1 (rsp_valid_o, rsp_hit_o, rsp_data_o). On a miss the waiter is
-//             kept in the bitmap of the miss register (MSHR) that fetches the line, or in the overflow bitmap if there is no register or
-//             no way for the line.
-// Wake        wake_o has the waiters that shall look up again (one clock, combinational, also for a miss of the same clock);
-//             wake_error_o those of them whose line could not be read. Whoever waits in the overflow is woken by any fill; there is one
-//             in flight as long as somebody waits there.
-// Progress    A line that was filled is kept until it has been hit once (fresh), so that those who asked for it get it before the next
-//             one takes its way; a miss that finds only such ways tries again. As its waiter may have gone (an any-hit ray that is done),
-//             freshness ends after at most 2^LeaseBits clocks.
-// Fill        Beats may come in any order between miss registers; they go into the data RAM at once. The way that is filled is invalid
-//             from the miss to the end of the fill. A line with an error stays invalid.
-// Structure   Ports x Ways x (WordBits / DataBits) RAMs with the same contents for each port; a word is what one lookup reads. Tags in
-//             RAM, valid, fresh and LRU bits in registers.
+// Lookup      On each of Ports ports: req_* in clock c, answer in clock c + 2 (rsp_valid_o, rsp_hit_o, rsp_data_o). On a miss the waiter is
+//             noted with the miss register (MSHR) that fetches the line, or as waiting for any if there is no register or no way for the line.
+// Wake        wake_o has the waiters that shall look up again (one clock, registers and one comparison behind them); wake_error_o those of
+//             them whose line could not be read. Those that wait for any are woken in groups, a group for each free MSHR and RetryClocks (what a
+//             waiter needs to come back): woken all at once they would fail again, and their look-ups would keep others from theirs.
+// Pipeline    c: address of tags and data. c + 1: tags compared, the key compared with the MSHRs. c + 2: answer; who missed joins an MSHR, or (one
+//             of all ports) goes on, or tries again, at once if an MSHR is free. c + 3: the one that went on gets an MSHR, joins one or waits for
+//             any; the others are noted, those whose MSHR finishes just now try again. c + 4: so is the one that went on.
+//             A line is seen by its tag or by its MSHR at every moment; a lookup that reads tags while they are written tries again. Keys are compared once, in c + 1; from there the results travel along, and
+//             an MSHR that is taken meanwhile is put right by comparing with the one key that can take it.
+// Progress    A line that was filled is kept by its MSHR until it has been hit once (fresh), so that those who asked for it get it before the
+//             next one takes its way. Where no other is free, a miss takes an MSHR that only keeps a line, but in the last quarter of every 2^LeaseBits
+//             clocks: in that time whoever is woken gets its line. As a waiter may have gone (an any-hit ray that is done), freshness ends then.
+// Fill        Beats may come in any order between miss registers; they go into the data RAM at once. The way that is filled counts as invalid
+//             from the miss to the end of the fill. A line with an error becomes invalid.
+// Flush       flush_i starts it, flushing_o is high until all tags are invalid (Sets clocks). No lookups before the first flush and during one.
+// Structure   Ports x Ways x (WordBits / DataBits) RAMs with the same contents for each port; a word is what one lookup reads. Tags with their
+//             valid bit in RAM. The way to drop next is a RAM of one bit a set, written by a miss or by the hit of one port a clock: with
+//             several ports it is the least recently used way of those hits that were noted.
 // Misses      Mshrs in flight; a second miss on a line joins the first. One new miss a clock; a second one tries again.
-// Latency     Hit 1 clock, one lookup a clock and port. Miss: the request is offered 2 clocks after the answer.
+// Latency     Hit 2 clocks, one lookup a clock and port. Miss: the request is offered 3 clocks after the answer.
 // Source      Kroft 1981 (miss registers).
 `include "rt_assert.svh"
 module rt_cache #(
@@ -27,13 +33,15 @@ module rt_cache #(
     parameter int unsigned WordsPerLine = 4,
     parameter int unsigned Mshrs = 4,
     parameter int unsigned Waiters = 32,
-    parameter int unsigned LeaseBits = 9,
+    parameter int unsigned LeaseBits = 10,
+    parameter int unsigned RetryClocks = 12,
     localparam int unsigned WaiterBits = Waiters > 1 ? $clog2(Waiters) : 1,
     localparam int unsigned SelectBits = WordsPerLine > 1 ? $clog2(WordsPerLine) : 1
 ) (
     input  logic                                clk_i,
     input  logic                                rst_ni,
     input  logic                                flush_i,
+    output logic                                flushing_o,
     input  logic [Ports-1:0]                    req_valid_i,
     input  logic [Ports-1:0][KeyBits-1:0]       req_key_i,
     input  logic [Ports-1:0][SelectBits-1:0]    req_word_i,
@@ -73,28 +81,42 @@ module rt_cache #(
   typedef logic [MshrBits-1:0] mshr_t;
   typedef logic [SetBits-1:0] set_t;
   typedef logic [KeyBits-1:0] key_t;
+  typedef logic [WaiterBits-1:0] waiter_t;
+  typedef struct packed {
+    logic               valid;
+    logic [TagBits-1:0] tag;
+  } tag_t;
 
-  // Lookup, second clock.
-  logic [Ports-1:0]                 look_q, hit, miss;
-  key_t [Ports-1:0]                 key_q;
-  logic [Ports-1:0][WaiterBits-1:0] waiter_q;
-  set_t [Ports-1:0]                 set_q;
-  logic [TagBits-1:0]               tag_read [Ports][Ways];
-  logic [WordBits-1:0]              data_read[Ports][Ways];
-  logic [Ports-1:0][Ways-1:0]       way_hit;
-
-  logic [Sets-1:0]      valid_q[Ways];
-  logic [Sets-1:0]      fresh_q[Ways];  // filled and not hit since
-  logic [Sets-1:0]      lru_q;          // the way to drop next
+  // --- miss registers ---
+  typedef logic [Mshrs-1:0] mshrs_t;
+  mshrs_t               active_q;  // its line is being fetched
+  mshrs_t               fresh_q;   // its line was filled and not hit since
+  mshrs_t               need_q, error_q, way_q;
+  key_t                 mshr_key_q[Mshrs];
+  logic [BeatBits-1:0]  beat_q[Mshrs];
   logic [LeaseBits-1:0] lease_q;
+  logic                 keep_q;  // the last quarter
+  mshrs_t               usable;
+  assign usable = ~active_q & ~(fresh_q & {Mshrs{keep_q}});
 
-  // Miss registers.
-  logic [Mshrs-1:0]    active_q, need_q, error_q;
-  key_t                mshr_key_q [Mshrs];
-  logic                mshr_way_q [Mshrs];
-  logic [BeatBits-1:0] mshr_beat_q[Mshrs];
-  logic [Waiters-1:0]  wait_q     [Mshrs];
-  logic [Waiters-1:0]  overflow_q, again_q;
+  // The MSHR that the next miss takes, chosen a clock before; where there is one, one that keeps no line.
+  logic  allocate, free_valid_q;
+  mshr_t free_q;
+  function automatic logic [MshrBits:0] choose(mshrs_t from, mshrs_t fresh);  // {valid, index}
+    mshrs_t pool;
+    choose = '0;
+    pool   = (from & ~fresh) != '0 ? from & ~fresh : from;
+    for (int unsigned m = 0; m < Mshrs; m++) if (pool[m]) choose = {1'b1, mshr_t'(m)};
+  endfunction
+  always_ff @(posedge clk_i) begin
+    {free_valid_q, free_q} <= allocate ? choose(usable & ~(mshrs_t'(1) << free_q), fresh_q) : choose(usable, fresh_q);
+    if (!rst_ni) free_valid_q <= 1'b0;
+  end
+
+  // The request for a line.
+  logic  fetch_valid_q, fetch_load;
+  key_t  fetch_key_q;
+  mshr_t fetch_mshr_q, need_mshr;
 
   // A fill whose last beat was written in the clock before.
   logic  done_q, done_error_q;
@@ -103,158 +125,272 @@ module rt_cache #(
   mshr_t               fill_mshr;
   logic [BeatBits-1:0] fill_beat;
   assign fill_mshr = mshr_t'(fill_mshr_i);
-  assign fill_beat = mshr_beat_q[fill_mshr];
+  assign fill_beat = beat_q[fill_mshr];
 
-  logic  fetch_valid_q, fetch_load;
-  key_t  fetch_key_q;
-  mshr_t fetch_mshr_q, need_mshr;
+  // Tags are written by the end of a fill, or one after the other by a flush.
+  set_t flush_set_q, tag_set;
+  logic flushing_q;
+  tag_t tag_new;
+  assign flushing_o    = flushing_q || flush_i;
+  assign tag_set       = flushing_q ? flush_set_q : mshr_key_q[done_mshr_q][SetBits-1:0];
+  assign tag_new.valid = !flushing_q && !done_error_q;
+  assign tag_new.tag   = mshr_key_q[done_mshr_q][KeyBits-1:SetBits];
+  always_ff @(posedge clk_i) begin
+    if (flush_i) flushing_q <= 1'b1;
+    else if (flush_set_q == '1) flushing_q <= 1'b0;
+    flush_set_q <= flushing_q ? flush_set_q + 1'b1 : '0;
+    if (!rst_ni) flushing_q <= 1'b0;
+  end
 
-  // --- lookup ---
+  // --- lookup: c + 1 ---
+  logic [Ports-1:0]           look1_q, look2_q;
+  key_t                       key1_q[Ports], key2_q[Ports];
+  waiter_t                    waiter1_q[Ports], waiter2_q[Ports];
+  tag_t                       tag_read [Ports][Ways];
+  logic [WordBits-1:0]        data_read[Ports][Ways];
+  logic [Ports-1:0][Ways-1:0] way_hit_q;
+  logic [WordBits-1:0]        data_q[Ports][Ways];
+  logic [Ports-1:0]           unsure1_q;              // the tags were written in the clock in which they were read
+  logic [Ports-1:0]           busy_q;                 // an MSHR fetched the line in c + 1, or its tags are not known
+  mshrs_t                     set1[Ports], key1[Ports];      // MSHRs with the set, with the whole key
+  mshrs_t                     set2_q[Ports], same2_q[Ports];
+  logic                       on_valid, on_valid_q;
+  key_t                       on_key, on_key_q;
+  waiter_t                    on_waiter, on_waiter_q;
   for (genvar p = 0; p < int'(Ports); p++) begin : gen_lookup
-    assign set_q[p] = key_q[p][SetBits-1:0];
-    for (genvar w = 0; w < int'(Ways); w++) begin : gen_hit
-      assign way_hit[p][w] = valid_q[w][set_q[p]] && tag_read[p][w] == key_q[p][KeyBits-1:SetBits];
+    always_comb begin
+      for (int unsigned m = 0; m < Mshrs; m++) begin
+        set1[p][m] = mshr_key_q[m][SetBits-1:0] == key1_q[p][SetBits-1:0];
+        key1[p][m] = set1[p][m] && mshr_key_q[m][KeyBits-1:SetBits] == key1_q[p][KeyBits-1:SetBits];
+      end
     end
-    assign hit[p]  = look_q[p] && way_hit[p] != '0;
-    assign miss[p] = look_q[p] && way_hit[p] == '0;
-    if (Ways == 2) begin : gen_two_ways
-      assign rsp_data_o[p] = way_hit[p][Ways-1] ? data_read[p][Ways-1] : data_read[p][0];
-    end else begin : gen_one_way
-      assign rsp_data_o[p] = data_read[p][0];
+    always_ff @(posedge clk_i) begin
+      look1_q[p]   <= req_valid_i[p] && rst_ni;
+      look2_q[p]   <= look1_q[p] && rst_ni;
+      key1_q[p]    <= req_key_i[p];
+      waiter1_q[p] <= req_waiter_i[p];
+      key2_q[p]    <= key1_q[p];
+      waiter2_q[p] <= waiter1_q[p];
+      unsure1_q[p] <= (done_q || flushing_q) && req_key_i[p][SetBits-1:0] == tag_set;
+      busy_q[p]    <= (key1[p] & active_q) != '0 || unsure1_q[p];
+      set2_q[p]    <= set1[p];
+      same2_q[p]   <= key1[p];
+      if (allocate) begin
+        set2_q[p][free_q]  <= on_key_q[SetBits-1:0] == key1_q[p][SetBits-1:0];
+        same2_q[p][free_q] <= on_key_q == key1_q[p];
+      end
+      // The way that is being filled counts as invalid.
+      for (int unsigned w = 0; w < Ways; w++) begin
+        way_hit_q[p][w] <= look1_q[p] && !unsure1_q[p] && tag_read[p][w].valid && tag_read[p][w].tag == key1_q[p][KeyBits-1:SetBits] &&
+                           (set1[p] & active_q & (way_q ^ {Mshrs{w == 0}})) == '0;
+        data_q[p][w]    <= data_read[p][w];
+      end
     end
   end
-  assign rsp_valid_o = look_q;
-  assign rsp_hit_o   = hit;
 
-  // --- a miss finds its place: an MSHR that fetches the line, a new one, the overflow, or another try ---
-  logic [Ports-1:0] found, joins_done, spill, again;
-  mshr_t            found_mshr[Ports];
-  mshr_t            free_mshr;
-  logic             has_free, allocate, victim;
-  key_t             new_key;
-  set_t             new_set;
-  logic [WaiterBits-1:0] new_waiter;
-
-  assign has_free = active_q != '1;
+  // --- c + 2: the answer; who missed joins, tries again, or goes on ---
+  logic [Ports-1:0] park, later, again, park3_q, later3_q, again3_q;
+  mshr_t            joined[Ports], where3_q[Ports];
+  waiter_t          waiter3_q[Ports];
+  mshrs_t           on_set, on_same, on_set_q, on_same_q;
   always_comb begin
-    free_mshr = '0;
-    for (int unsigned m = 0; m < Mshrs; m++) if (!active_q[m]) free_mshr = mshr_t'(m);
-    allocate   = 1'b0;
-    victim     = 1'b0;
-    new_key    = key_q[0];
-    new_set    = set_q[0];
-    new_waiter = waiter_q[0];
     for (int unsigned p = 0; p < Ports; p++) begin
-      logic [Ways-1:0] taken, open;
-      logic            drop;
-      found_mshr[p] = '0;
-      found[p]      = 1'b0;
-      taken         = '0;
-      for (int unsigned m = 0; m < Mshrs; m++) begin
-        if (active_q[m] && mshr_key_q[m] == key_q[p]) begin
-          found[p]      = miss[p];
-          found_mshr[p] = mshr_t'(m);
-        end
-        for (int unsigned w = 0; w < Ways; w++) begin
-          if (active_q[m] && mshr_key_q[m][SetBits-1:0] == set_q[p] && mshr_way_q[m] == 1'(w)) taken[w] = 1'b1;
+      rsp_valid_o[p] = look2_q[p];
+      rsp_hit_o[p]   = way_hit_q[p] != '0;
+      rsp_data_o[p]  = Ways == 2 && way_hit_q[p][Ways-1] ? data_q[p][Ways-1] : data_q[p][0];
+    end
+  end
+  always_comb begin
+    on_valid  = 1'b0;
+    on_key    = key2_q[0];
+    on_waiter = waiter2_q[0];
+    on_set    = '0;
+    on_same   = '0;
+    park      = '0;
+    later     = '0;
+    again     = '0;
+    for (int unsigned p = 0; p < Ports; p++) begin
+      mshrs_t line;
+      line      = same2_q[p] & active_q;
+      joined[p] = '0;
+      for (int unsigned m = 0; m < Mshrs; m++) if (line[m]) joined[p] |= mshr_t'(m);
+      if (look2_q[p] && way_hit_q[p] == '0) begin
+        if (line != '0) begin
+          if (done_q && line[done_mshr_q]) again[p] = 1'b1;
+          else park[p] = 1'b1;
+        end else if (busy_q[p]) begin
+          again[p] = 1'b1;
+        end else if (!on_valid) begin
+          on_valid  = 1'b1;
+          on_key    = key2_q[p];
+          on_waiter = waiter2_q[p];
+          on_set    = set2_q[p];
+          on_same   = same2_q[p];
+          if (allocate) begin
+            on_set[free_q]  = on_key_q[SetBits-1:0] == key2_q[p][SetBits-1:0];
+            on_same[free_q] = on_key_q == key2_q[p];
+          end
+        end else if (free_valid_q) begin
+          again[p] = 1'b1;
+        end else begin
+          later[p] = 1'b1;
         end
       end
-      for (int unsigned w = 0; w < Ways; w++) open[w] = !taken[w] && !fresh_q[w][set_q[p]];
-      drop = Ways == 2 && (open[0] && open[Ways-1] ? lru_q[set_q[p]] : open[Ways-1]);
-      joins_done[p] = found[p] && done_q && found_mshr[p] == done_mshr_q;
-      spill[p]      = miss[p] && !found[p] && (!has_free || taken == '1);
-      again[p]      = miss[p] && !found[p] && !spill[p] && (open == '0 || allocate);
-      if (miss[p] && !found[p] && !spill[p] && !again[p]) begin
-        allocate   = 1'b1;
-        victim     = drop;
-        new_key    = key_q[p];
-        new_set    = set_q[p];
-        new_waiter = waiter_q[p];
-      end
+    end
+  end
+  always_ff @(posedge clk_i) begin
+    park3_q     <= park;
+    later3_q    <= later;
+    again3_q    <= again;
+    where3_q    <= joined;
+    waiter3_q   <= waiter2_q;
+    on_valid_q  <= on_valid;
+    on_key_q    <= on_key;
+    on_waiter_q <= on_waiter;
+    on_set_q    <= on_set;
+    on_same_q   <= on_same;
+    if (!rst_ni) begin
+      park3_q    <= '0;
+      later3_q   <= '0;
+      again3_q   <= '0;
+      on_valid_q <= 1'b0;
+    end
+  end
+
+  // --- c + 3: one miss finds its place ---
+  mshrs_t          on_line;
+  logic [Ways-1:0] open;
+  mshr_t           on_joined, where4_q;
+  logic            victim, older, park4_q, later4_q, again4_q;
+  waiter_t         waiter4_q;
+  assign on_line = on_same_q & active_q;
+  always_comb begin
+    on_joined = '0;
+    for (int unsigned m = 0; m < Mshrs; m++) if (on_line[m]) on_joined |= mshr_t'(m);
+    for (int unsigned w = 0; w < Ways; w++) open[w] = (on_set_q & (active_q | fresh_q) & (way_q ^ {Mshrs{w == 0}})) == '0;
+    victim   = Ways == 2 && (open[0] && open[Ways-1] ? older : open[Ways-1]);
+    allocate = on_valid_q && on_line == '0 && free_valid_q && open != '0;
+  end
+  always_ff @(posedge clk_i) begin
+    again4_q  <= on_valid_q && done_q && on_line[done_mshr_q];
+    park4_q   <= allocate || (on_valid_q && on_line != '0 && !(done_q && on_line[done_mshr_q]));
+    later4_q  <= on_valid_q && on_line == '0 && !allocate;
+    where4_q  <= on_line != '0 ? on_joined : free_q;
+    waiter4_q <= on_waiter_q;
+    if (!rst_ni) begin
+      again4_q <= 1'b0;
+      park4_q  <= 1'b0;
+      later4_q <= 1'b0;
     end
   end
   assign miss_o = allocate;
 
-  // --- wake ---
-  logic [Waiters-1:0] joined, spilled, repeated, wake_line;
+  // --- who waits for what: a line (the number of its MSHR, a vector for each of its bits), or any ---
+  localparam int unsigned GroupWaiters = 8;
+  localparam int unsigned Groups = (Waiters + GroupWaiters - 1) / GroupWaiters;
+  localparam int unsigned GroupBits = Groups > 1 ? $clog2(Groups) : 1;
+  typedef logic [Groups*GroupWaiters-1:0] waiters_t;
+  waiters_t wait_line_q, wait_any_q, again_q, where_q[MshrBits];
+  waiters_t parks, laters, retries, where[MshrBits], wake_line, visited;
   always_comb begin
-    joined   = '0;
-    spilled  = '0;
-    repeated = '0;
-    for (int unsigned p = 0; p < Ports; p++) begin
-      if (joins_done[p]) joined[waiter_q[p]] = 1'b1;
-      if (spill[p]) spilled[waiter_q[p]] = 1'b1;
-      if (again[p]) repeated[waiter_q[p]] = 1'b1;
+    parks   = '0;
+    laters  = '0;
+    retries = '0;
+    for (int unsigned b = 0; b < MshrBits; b++) where[b] = '0;
+    for (int unsigned p = 0; p <= Ports; p++) begin
+      logic    does_park, does_later, does_again;
+      waiter_t who;
+      mshr_t   on_what;
+      does_park  = p < Ports ? park3_q[p] : park4_q;
+      does_later = p < Ports ? later3_q[p] : later4_q;
+      does_again = p < Ports ? again3_q[p] : again4_q;
+      who        = p < Ports ? waiter3_q[p] : waiter4_q;
+      on_what    = p < Ports ? where3_q[p] : where4_q;
+      if (does_again || (does_park && done_q && on_what == done_mshr_q)) retries[who] = 1'b1;
+      else if (does_park) parks[who] = 1'b1;
+      if (does_later) laters[who] = 1'b1;
+      for (int unsigned b = 0; b < MshrBits; b++) if (does_park && on_what[b]) where[b][who] = 1'b1;
     end
-    wake_line    = done_q ? wait_q[done_mshr_q] | joined : '0;
-    wake_o       = wake_line | (done_q ? overflow_q | spilled : '0) | again_q;
-    wake_error_o = done_error_q ? wake_line : '0;
+    wake_line = done_q ? wait_line_q : '0;
+    for (int unsigned b = 0; b < MshrBits; b++) wake_line &= done_mshr_q[b] ? where_q[b] : ~where_q[b];
   end
 
+  // Groups woken in the last RetryClocks clocks; one more may be woken while they are fewer than the free registers.
+  localparam int unsigned WokenBits = $clog2(RetryClocks + 1);
+  logic [GroupBits-1:0]    group_q;
+  logic [GroupWaiters-1:0] group_waits;
+  logic [RetryClocks-1:0]  woken_q;
+  logic [WokenBits-1:0]    woken_count_q;
+  logic [MshrBits:0]       free_count_q;
+  logic                    may_visit, visits;
+  assign may_visit   = 32'(free_count_q) > 32'(woken_count_q);
+  assign group_waits = wait_any_q[GroupWaiters*group_q+:GroupWaiters];
+  assign visits      = may_visit && group_waits != '0;
+  always_comb begin
+    visited = '0;
+    if (visits) visited[GroupWaiters*group_q+:GroupWaiters] = group_waits;
+  end
   always_ff @(posedge clk_i) begin
-    look_q  <= req_valid_i;
-    again_q <= repeated;
-    lease_q <= lease_q + 1'b1;
-    for (int unsigned p = 0; p < Ports; p++) begin
-      if (req_valid_i[p]) begin
-        key_q[p]    <= req_key_i[p];
-        waiter_q[p] <= req_waiter_i[p];
-      end
+    if (may_visit) group_q <= group_q == GroupBits'(Groups - 1) ? '0 : group_q + 1'b1;
+    woken_q       <= RetryClocks'({woken_q, visits});
+    woken_count_q <= woken_count_q + WokenBits'(visits) - WokenBits'(woken_q[RetryClocks-1]);
+    free_count_q  <= (MshrBits + 1)'($countones(usable));
+    again_q       <= retries | visited;
+    wait_line_q   <= (wait_line_q & ~wake_line) | parks;
+    wait_any_q    <= (wait_any_q & ~visited) | laters;
+    for (int unsigned b = 0; b < MshrBits; b++) where_q[b] <= (where_q[b] & ~parks) | where[b];
+    if (!rst_ni) begin
+      group_q       <= '0;
+      woken_q       <= '0;
+      woken_count_q <= '0;
+      again_q       <= '0;
+      wait_line_q   <= '0;
+      wait_any_q    <= '0;
     end
+  end
+  assign wake_o       = Waiters'(wake_line | again_q);
+  assign wake_error_o = done_error_q ? Waiters'(wake_line) : '0;
 
-    if (lease_q == '0) for (int unsigned w = 0; w < Ways; w++) fresh_q[w] <= '0;
-    for (int unsigned p = 0; p < Ports; p++) begin
-      if (hit[p] && Ways == 2) lru_q[set_q[p]] <= !way_hit[p][Ways-1];
-      for (int unsigned w = 0; w < Ways; w++) if (look_q[p] && way_hit[p][w]) fresh_q[w][set_q[p]] <= 1'b0;
-    end
+  mshrs_t hit_lines;  // those that were looked up
+  always_comb begin
+    hit_lines = '0;
+    for (int unsigned p = 0; p < Ports; p++) if (look2_q[p]) hit_lines |= same2_q[p];
+  end
+  always_ff @(posedge clk_i) begin
+    lease_q <= lease_q + 1'b1;
+    keep_q  <= lease_q[LeaseBits-1-:2] == '1;
+
+    if (lease_q == '0) fresh_q <= '0;
+    else fresh_q <= fresh_q & ~hit_lines;
     if (allocate) begin
-      active_q[free_mshr]    <= 1'b1;
-      need_q[free_mshr]      <= 1'b1;
-      error_q[free_mshr]     <= 1'b0;
-      mshr_key_q[free_mshr]  <= new_key;
-      mshr_way_q[free_mshr]  <= victim;
-      mshr_beat_q[free_mshr] <= '0;
-      lru_q[new_set]         <= !victim;
-      for (int unsigned w = 0; w < Ways; w++) if (victim == 1'(w)) valid_q[w][new_set] <= 1'b0;
+      active_q[free_q]   <= 1'b1;
+      fresh_q[free_q]    <= 1'b0;
+      need_q[free_q]     <= 1'b1;
+      error_q[free_q]    <= 1'b0;
+      mshr_key_q[free_q] <= on_key_q;
+      way_q[free_q]      <= victim;
+      beat_q[free_q]     <= '0;
     end
-    for (int unsigned p = 0; p < Ports; p++) if (found[p]) wait_q[found_mshr[p]][waiter_q[p]] <= 1'b1;
-    if (allocate) wait_q[free_mshr] <= Waiters'(1) << new_waiter;
-    if (done_q) overflow_q <= '0;
-    else if (spill != '0) overflow_q <= overflow_q | spilled;
 
     done_q       <= fill_valid_i && fill_last_i;
     done_mshr_q  <= fill_mshr;
-    done_error_q <= fill_error_i || error_q[fill_mshr];
+    done_error_q <= fill_valid_i && fill_last_i && (fill_error_i || error_q[fill_mshr]);
     if (fill_valid_i) begin
-      mshr_beat_q[fill_mshr] <= fill_beat + 1'b1;
+      beat_q[fill_mshr] <= fill_beat + 1'b1;
       if (fill_error_i) error_q[fill_mshr] <= 1'b1;
     end
     if (done_q) begin
       active_q[done_mshr_q] <= 1'b0;
-      for (int unsigned w = 0; w < Ways; w++) begin
-        if (mshr_way_q[done_mshr_q] == 1'(w)) begin
-          valid_q[w][mshr_key_q[done_mshr_q][SetBits-1:0]] <= !done_error_q;
-          fresh_q[w][mshr_key_q[done_mshr_q][SetBits-1:0]] <= !done_error_q;
-        end
-      end
+      fresh_q[done_mshr_q]  <= !done_error_q;
     end
 
     if (fetch_load) need_q[need_mshr] <= 1'b0;
-    if (flush_i || !rst_ni) begin
-      for (int unsigned w = 0; w < Ways; w++) begin
-        valid_q[w] <= '0;
-        fresh_q[w] <= '0;
-      end
-      lru_q <= '0;
-    end
     if (!rst_ni) begin
-      look_q     <= '0;
-      again_q    <= '0;
-      active_q   <= '0;
-      need_q     <= '0;
-      overflow_q <= '0;
-      done_q     <= 1'b0;
-      lease_q    <= '0;
+      active_q <= '0;
+      fresh_q  <= '0;
+      need_q   <= '0;
+      done_q   <= 1'b0;
+      lease_q  <= '0;
     end
   end
 
@@ -289,22 +425,21 @@ module rt_cache #(
   for (genvar w = 0; w < int'(Ways); w++) begin : gen_way
     logic tag_write;
     logic [Banks-1:0] bank_write;
-    assign tag_write = done_q && mshr_way_q[done_mshr_q] == 1'(w);
+    assign tag_write = flushing_q || (done_q && way_q[done_mshr_q] == 1'(w));
     for (genvar b = 0; b < int'(Banks); b++) begin : gen_write
-      assign bank_write[b] = fill_valid_i && mshr_way_q[fill_mshr] == 1'(w) && int'(fill_beat) % Banks == b;
+      assign bank_write[b] = fill_valid_i && way_q[fill_mshr] == 1'(w) && int'(fill_beat) % Banks == b;
     end
     for (genvar p = 0; p < int'(Ports); p++) begin : gen_port
       rt_ram_sdp #(
-          .Depth  (Sets),
-          .Forward(1'b1),
-          .data_t (logic [TagBits-1:0])
+          .Depth (Sets),
+          .data_t(tag_t)
       ) u_tag (
           .clk_i,
           .rst_ni,
           .write_en_i  (tag_write),
-          .write_addr_i(mshr_key_q[done_mshr_q][SetBits-1:0]),
-          .write_data_i(mshr_key_q[done_mshr_q][KeyBits-1:SetBits]),
-          .read_en_i   (req_valid_i[p]),
+          .write_addr_i(tag_set),
+          .write_data_i(tag_new),
+          .read_en_i   (1'b1),
           .read_addr_i (req_key_i[p][SetBits-1:0]),
           .read_data_o (tag_read[p][w])
       );
@@ -318,7 +453,7 @@ module rt_cache #(
             .write_en_i  (bank_write[b]),
             .write_addr_i(fill_addr),
             .write_data_i(fill_data_i),
-            .read_en_i   (req_valid_i[p]),
+            .read_en_i   (1'b1),
             .read_addr_i (word_address(req_key_i[p][SetBits-1:0], req_word_i[p])),
             .read_data_o (data_read[p][w][b*DataBits+:DataBits])
         );
@@ -326,9 +461,44 @@ module rt_cache #(
     end
   end
 
+  // --- the way to drop next ---
+  if (Ways == 2) begin : gen_older
+    logic used_write, used_way;
+    set_t used_set;
+    always_comb begin
+      used_write = allocate;
+      used_set   = on_key_q[SetBits-1:0];
+      used_way   = victim;
+      if (!allocate) begin
+        for (int unsigned p = 0; p < Ports; p++) begin
+          if (way_hit_q[p] != '0) begin
+            used_write = 1'b1;
+            used_set   = key2_q[p][SetBits-1:0];
+            used_way   = way_hit_q[p][Ways-1];
+          end
+        end
+      end
+    end
+    rt_ram_sdp #(
+        .Depth  (Sets),
+        .Forward(1'b1),
+        .data_t (logic)
+    ) u_older (
+        .clk_i,
+        .rst_ni,
+        .write_en_i  (used_write),
+        .write_addr_i(used_set),
+        .write_data_i(!used_way),
+        .read_en_i   (on_valid),
+        .read_addr_i (on_key[SetBits-1:0]),
+        .read_data_o (older)
+    );
+  end else begin : gen_only
+    assign older = 1'b0;
+  end
+
   `RT_ASSERT(FillIsExpected, !fill_valid_i || active_q[fill_mshr])
   `RT_ASSERT(FillHasItsLength, !fill_valid_i || fill_last_i || fill_beat != BeatBits'(FillBeats - 1))
-  `RT_ASSERT(OneWay, !look_q[0] || $onehot0(way_hit[0]))
-  `RT_ASSERT(OverflowIsServed, overflow_q == '0 || active_q != '0)
-  `RT_ASSERT(FlushWhenIdle, !flush_i || active_q == '0)
+  `RT_ASSERT(OneWay, !look2_q[0] || $onehot0(way_hit_q[0]))
+  `RT_ASSERT(FlushWhenIdle, !flushing_o || (active_q == '0 && look1_q == '0 && look2_q == '0))
 endmodule

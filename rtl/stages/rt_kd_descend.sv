@@ -34,7 +34,7 @@ module rt_kd_descend #(
   late_t late_in, late;
   pass_t pass_in, pass;
   rt_contract_pkg::t_t plane;
-  logic near, right_q, right, enter_unused;
+  logic near, right_in, right, enter_unused;
 
   rt_t_plane u_plane (
       .clk_i,
@@ -62,8 +62,8 @@ module rt_kd_descend #(
       .data_o(late)
   );
 
-  assign near = late.zero ? late.below : late.t < plane;
-  always_ff @(posedge clk_i) right_q <= near == late.negative;
+  assign near     = late.zero ? late.below : late.t < plane;
+  assign right_in = near == late.negative;
 
   assign pass_in = '{tag: in_tag_i, child: in_data_i.child};
   rt_pipe_ctrl #(
@@ -78,7 +78,7 @@ module rt_kd_descend #(
       .in_ready_o,
       .in_tag_i   (pass_in),
       .enter_o    (enter_unused),
-      .pipe_data_i(right_q),
+      .pipe_data_i(right_in),
       .out_valid_o,
       .out_ready_i,
       .out_tag_o  (pass),

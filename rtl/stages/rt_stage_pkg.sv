@@ -26,8 +26,8 @@ package rt_stage_pkg;
   localparam int unsigned RaySetupInterval = 3;
   localparam int unsigned RaySetupBlocks = 0;
 
-  // kd_descend: t_plane, compare.
-  localparam int unsigned KdDescendDepth = TPlaneLatency + 1;
+  // kd_descend: t_plane, and a comparison on the way into the result FIFO: this latency is in the loop of every step.
+  localparam int unsigned KdDescendDepth = TPlaneLatency;
   localparam int unsigned KdDescendLatency = rt_lib_pkg::pipe_latency(KdDescendDepth);
   localparam int unsigned KdDescendInterval = 1;
   localparam int unsigned KdDescendBlocks = ProductBlocks;

@@ -1,6 +1,7 @@
 // Control of a run: header, checks, flush of the caches, rays, end; sticky faults.
 //
-// Sequence    start -> read the two header lines -> magic and version -> the four sections, one a clock -> flush -> rays -> done when all
+// Sequence    start -> read the two header lines -> magic and version -> the four sections, each in three clocks -> caches are empty (their flush begins with
+//             the start) -> rays -> done when all
 //             hits are acknowledged. A header that cannot be used ends the run at once with image_fault, without a read outside of it.
 // Source      read_header, section_fits in hls/top/trace.cpp.
 `include "rt_assert.svh"
@@ -24,6 +25,7 @@ module rt_control #(
     input  logic                             fill_error_i,
     output rt_core_pkg::image_view_t         view_o,
     output logic                             flush_o,
+    input  logic                             flushing_i,
     output logic                             rays_start_o,
     input  logic                             hit_written_i,
     input  logic                             ray_fault_i,
@@ -79,9 +81,18 @@ module rt_control #(
     assign word[i] = header_q[i*32/DataBits][i*32%DataBits+:32];
   end
 
-  // --- one section: the lines it needs, where it begins ---
-  logic [31:0] offset, count;
-  logic [39:0] bytes, section_end;
+  // --- one section: its place in the header, then the lines it needs and where it begins, then the verdict ---
+  localparam int unsigned LinesBits = 40 - rt_core_pkg::LineShift;
+  typedef enum logic [1:0] {
+    Choose,
+    Measure,
+    Judge
+  } phase_e;
+  phase_e                           phase_q;
+  logic [31:0]                      offset, count, offset_q;
+  logic [39:0]                      bytes, bytes_q;
+  logic [LinesBits:0]               section_end_q;
+  logic [rt_core_pkg::AddrBits-1:0] section_base_q;
   always_comb begin
     offset = word[rt_contract_pkg::HeaderPairOffsetWord];
     count  = word[rt_contract_pkg::HeaderPairCountWord];
@@ -104,10 +115,19 @@ module rt_control #(
       end
       default: ;
     endcase
-    section_end = ((bytes + 40'd63) >> rt_core_pkg::LineShift) + 40'(offset);
   end
-  logic [rt_core_pkg::AddrBits-1:0] section_base;
-  assign section_base = image_base_i + (rt_core_pkg::AddrBits'(offset) << rt_core_pkg::LineShift);
+  always_ff @(posedge clk_i) begin
+    offset_q       <= offset;
+    bytes_q        <= bytes;
+    section_end_q  <= (LinesBits + 1)'((bytes_q + 40'd63) >> rt_core_pkg::LineShift) + (LinesBits + 1)'(offset_q);
+    section_base_q <= image_base_i + (rt_core_pkg::AddrBits'(offset_q) << rt_core_pkg::LineShift);
+    case (phase_q)
+      Choose: if (state_q == Sections) phase_q <= Measure;
+      Measure: phase_q <= Judge;
+      default: phase_q <= Choose;
+    endcase
+    if (!rst_ni) phase_q <= Choose;
+  end
 
   always_ff @(posedge clk_i) begin
     if (hit_written_i) written_q <= written_q + 1'b1;
@@ -154,21 +174,23 @@ module rt_control #(
         end
       end
       Sections: begin
-        case (section_q)
-          2'd0: view_q.pair_base <= section_base;
-          2'd1: view_q.leaf_base <= section_base;
-          2'd2: view_q.list_base <= section_base;
-          default: view_q.triangle_base <= section_base;
-        endcase
-        section_q <= section_q + 1'b1;
-        if (section_end > 40'(image_lines_i)) begin
-          fault_q <= FaultLayout;
-          state_q <= Done;
-        end else if (section_q == 2'd3) begin
-          state_q <= Flush;
+        if (phase_q == Judge) begin
+          case (section_q)
+            2'd0: view_q.pair_base <= section_base_q;
+            2'd1: view_q.leaf_base <= section_base_q;
+            2'd2: view_q.list_base <= section_base_q;
+            default: view_q.triangle_base <= section_base_q;
+          endcase
+          section_q <= section_q + 1'b1;
+          if (section_end_q > (LinesBits + 1)'(image_lines_i)) begin
+            fault_q <= FaultLayout;
+            state_q <= Done;
+          end else if (section_q == 2'd3) begin
+            state_q <= Flush;
+          end
         end
       end
-      Flush: state_q <= Rays;
+      Flush: if (!flushing_i) state_q <= Rays;
       Rays: if (written_q == ray_count_i) state_q <= Done;
       default: state_q <= Idle;
     endcase
@@ -200,8 +222,8 @@ module rt_control #(
           mshr: '0
       };
   assign view_o            = view_q;
-  assign flush_o           = state_q == Flush;
-  assign rays_start_o      = state_q == Flush;
+  assign flush_o           = started_o;
+  assign rays_start_o      = state_q == Flush && !flushing_i;
   assign started_o         = start_i && (state_q == Idle || state_q == Done);
   assign busy_o            = state_q != Idle && state_q != Done;
   assign done_o            = state_q == Done;

@@ -71,6 +71,7 @@ module rt_core #(
 
   rt_core_pkg::image_view_t view;
   logic                     flush, rays_start;
+  logic [2:0]               flushing;
 
   localparam int unsigned ReadIndexBits = $clog2(rt_core_pkg::Sources);
   localparam int unsigned LaneIndexBits = Lanes > 1 ? $clog2(Lanes) : 1;
@@ -137,6 +138,7 @@ module rt_core #(
       .fill_error_i,
       .view_o            (view),
       .flush_o           (flush),
+      .flushing_i        (flushing != '0),
       .rays_start_o      (rays_start),
       .hit_written_i,
       .ray_fault_i       (hit_fault),
@@ -284,6 +286,7 @@ module rt_core #(
       .clk_i,
       .rst_ni,
       .flush_i      (flush),
+      .flushing_o   (flushing[0]),
       .req_valid_i  (look_valid),
       .req_key_i    (look_key),
       .req_word_i   (look_word),
@@ -379,6 +382,7 @@ module rt_core #(
       .clk_i,
       .rst_ni,
       .flush_i             (flush),
+      .flushing_o          (flushing[1]),
       .view_i              (view),
       .parent_links_i,
       .ray_valid_i         (ray_go),
@@ -436,6 +440,7 @@ module rt_core #(
       .clk_i,
       .rst_ni,
       .flush_i               (flush),
+      .flushing_o            (flushing[2]),
       .view_i                (view),
       .mailbox_i,
       .ray_valid_i           (ray_go),

@@ -2,7 +2,7 @@
 //
 // Purpose     A context belongs to one lane for the whole of its ray. Those that can go on have a bit in ready_q; each clock one of them is
 //             picked (round robin) and goes through
-//               S0 pick, read state   S1 checks, look up the node pair   S2 cache answers   S3 select, enter rt_kd_descend / rt_kd_backtrack
+//               P pick   S0 read state   S1 checks, look up the node pair   S2 -   S3 cache answers; enter rt_kd_descend / rt_kd_backtrack
 //             and gets its bit back when the stage's result has been written to its state. At a leaf, or when it ends, it leaves through out_*.
 // Node cache  One for all lanes, with a port for each (rt_core): a context that misses is parked there; the lane goes on with others.
 // Replay      Where S3 cannot pass its context on (the stage or the queue is full), the context just becomes ready again: nothing of it
@@ -35,7 +35,7 @@ module rt_lane #(
     output logic                               look_valid_o,
     output rt_contract_pkg::pair_index_t       look_pair_o,
     output logic [ContextBits-1:0]             look_context_o,
-    input  logic                               look_valid_i,  // one clock later
+    input  logic                               look_valid_i,  // two clocks later
     input  logic                               look_hit_i,
     input  logic [127:0]                       look_data_i,
     input  logic [Contexts-1:0]                wake_i,
@@ -71,10 +71,12 @@ module rt_lane #(
   } backtrack_tag_t;
 
   // --- who is ready ---
-  logic [Contexts-1:0] ready_q, ready_d, error_q, error_d, picked;
+  logic [Contexts-1:0] ready_q, ready_d, error_q, error_d, taken;
   logic [Contexts-1:0] launched_q;  // no step since the launch
-  logic                pick_valid, pick_error;
-  context_t            pick;
+  // S0: the choice.
+  logic [Contexts-1:0] s0_onehot;
+  logic                s0_valid;
+  context_t            s0_context;
 
   rt_pick #(
       .Count(Contexts)
@@ -82,12 +84,11 @@ module rt_lane #(
       .clk_i,
       .rst_ni,
       .pool_i  (ready_q),
-      .take_i  (1'b1),
-      .valid_o (pick_valid),
-      .onehot_o(picked),
-      .index_o (pick)
+      .taken_o (taken),
+      .valid_o (s0_valid),
+      .onehot_o(s0_onehot),
+      .index_o (s0_context)
   );
-  assign pick_error = (error_q & picked) != '0;
 
   // --- S1: the state is there ---
   logic                        s1_valid_q, s1_error_q;
@@ -108,29 +109,24 @@ module rt_lane #(
   end
   assign s1_look = s1_valid_q && s1_event == rt_core_pkg::EventGoOn;
 
-  // --- S2: the cache answers ---
+  // --- S2: ray and segment are there ---
   logic                     s2_valid_q;
   context_t                 s2_context_q;
   state_t                   s2_state_q;
   rt_contract_pkg::status_t s2_event_q;
-  logic                     s2_look, s2_hit;
-  logic [127:0]             s2_pair;
   rt_core_pkg::walk_ray_t   s2_ray;
   segment_t                 s2_segment;
 
-  assign look_valid_o = s1_look;
-  assign look_pair_o  = s1_pair;
+  assign look_valid_o   = s1_look;
+  assign look_pair_o    = s1_pair;
   assign look_context_o = s1_context_q;
-  assign s2_look      = look_valid_i;
-  assign s2_hit       = look_hit_i;
-  assign s2_pair      = look_data_i;
 
-  // --- S3: on to the stages ---
-  logic                              s3_valid_q;
+  // --- S3: the cache answers; on to the stages ---
+  logic                              s3_here_q, s3_valid;
   context_t                          s3_context_q;
   state_t                            s3_state_q;
   rt_contract_pkg::status_t          s3_event_q;
-  rt_contract_pkg::node_pair_record_t s3_pair_q;
+  rt_contract_pkg::node_pair_record_t s3_pair;
   rt_core_pkg::walk_ray_t            s3_ray_q;
   segment_t                          s3_segment_q;
   logic                              s3_right, s3_at_leaf, s3_out, s3_down, s3_up, s3_replay, out_ready;
@@ -140,17 +136,20 @@ module rt_lane #(
   logic [31:0]                       s3_steps;
   rt_core_pkg::leaf_size_t           s3_size;
 
+  // Without a look-up there is an event; after a miss the cache has the context.
+  assign s3_valid   = s3_here_q && (!look_valid_i || look_hit_i);
+  assign s3_pair    = look_data_i;
   assign s3_right   = s3_state_q.up ? s3_state_q.parent[0] : s3_state_q.node[0];
-  assign s3_split   = s3_right ? s3_pair_q.right_split : s3_pair_q.left_split;
-  assign s3_axis    = s3_right ? s3_pair_q.right_axis : s3_pair_q.left_axis;
-  assign s3_child   = s3_right ? s3_pair_q.right_child : s3_pair_q.left_child;
+  assign s3_split   = s3_right ? s3_pair.right_split : s3_pair.left_split;
+  assign s3_axis    = s3_right ? s3_pair.right_axis : s3_pair.left_axis;
+  assign s3_child   = s3_right ? s3_pair.right_child : s3_pair.left_child;
   assign s3_size    = unsigned'(s3_split) < rt_contract_pkg::PositionBits'(rt_contract_pkg::LeafLong) ?
                         rt_core_pkg::leaf_size_t'(s3_split) : rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong);
   assign s3_steps   = s3_state_q.steps + 32'd1;
   assign s3_at_leaf = s3_axis == rt_contract_pkg::AxisLeaf;
-  assign s3_out     = s3_valid_q && (s3_event_q != rt_core_pkg::EventGoOn || (!s3_state_q.up && s3_at_leaf));
-  assign s3_up      = s3_valid_q && !s3_out && s3_state_q.up;
-  assign s3_down    = s3_valid_q && !s3_out && !s3_state_q.up;
+  assign s3_out     = s3_valid && (s3_event_q != rt_core_pkg::EventGoOn || (!s3_state_q.up && s3_at_leaf));
+  assign s3_up      = s3_valid && !s3_out && s3_state_q.up;
+  assign s3_down    = s3_valid && !s3_out && !s3_state_q.up;
 
   // Stages: entered only when they are ready, replayed otherwise.
   rt_contract_pkg::kd_descend_in_record_t   descend_in;
@@ -212,7 +211,7 @@ module rt_lane #(
       .in_valid_i (backtrack_enter),
       .in_ready_o (backtrack_ready),
       .in_data_i  (backtrack_in),
-      .in_tag_i   ('{ctx: s3_context_q, steps: s3_steps, grandparent: s3_pair_q.parent}),
+      .in_tag_i   ('{ctx: s3_context_q, steps: s3_steps, grandparent: s3_pair.parent}),
       .out_valid_o(backtrack_valid),
       .out_ready_i(backtrack_take),
       .out_data_o (backtrack_out),
@@ -288,8 +287,8 @@ module rt_lane #(
       .write_en_i  (state_write_en),
       .write_addr_i(state_context),
       .write_data_i(state_write),
-      .read_en_i   (pick_valid),
-      .read_addr_i (pick),
+      .read_en_i   (s0_valid),
+      .read_addr_i (s0_context),
       .read_data_o (s1_stepped)
   );
   rt_ram_sdp #(
@@ -307,8 +306,8 @@ module rt_lane #(
           parent: launch_i.parent,
           node: launch_i.node
       }),
-      .read_en_i   (pick_valid),
-      .read_addr_i (pick),
+      .read_en_i   (s0_valid),
+      .read_addr_i (s0_context),
       .read_data_o (s1_launched)
   );
   assign s1_state = s1_launched_q ? s1_launched : s1_stepped;
@@ -340,31 +339,30 @@ module rt_lane #(
   );
 
   always_comb begin
-    ready_d = (ready_q & ~picked) | wake_i;
+    ready_d = (ready_q & ~taken) | wake_i;
     if (s3_replay) ready_d[s3_context_q] = 1'b1;
     if (state_write_en) ready_d[state_context] = 1'b1;
     if (launch_valid_i) ready_d[launch_context_i] = 1'b1;
-    error_d = (error_q & ~picked) | wake_error_i;
+    error_d = (error_q | wake_error_i) & ~s0_onehot;
   end
 
   always_ff @(posedge clk_i) begin
     ready_q      <= ready_d;
     error_q      <= error_d;
-    s1_valid_q   <= pick_valid;
-    s1_error_q   <= pick_error;
-    s1_context_q <= pick;
-    s1_launched_q <= (launched_q & picked) != '0;
+    s1_valid_q    <= s0_valid;
+    s1_error_q    <= (error_q & s0_onehot) != '0;
+    s1_context_q  <= s0_context;
+    s1_launched_q <= (launched_q & s0_onehot) != '0;
     if (state_write_en) launched_q[state_context] <= 1'b0;
     if (launch_valid_i) launched_q[launch_context_i] <= 1'b1;
     s2_valid_q   <= s1_valid_q;
     s2_context_q <= s1_context_q;
     s2_state_q   <= s1_state;
     s2_event_q   <= s1_event;
-    s3_valid_q   <= s2_valid_q && (!s2_look || s2_hit);
+    s3_here_q    <= s2_valid_q;
     s3_context_q <= s2_context_q;
     s3_state_q   <= s2_state_q;
     s3_event_q   <= s2_event_q;
-    s3_pair_q    <= s2_pair;
     s3_ray_q     <= s2_ray;
     s3_segment_q <= s2_segment;
     if (!rst_ni) begin
@@ -372,14 +370,14 @@ module rt_lane #(
       error_q    <= '0;
       s1_valid_q <= 1'b0;
       s2_valid_q <= 1'b0;
-      s3_valid_q <= 1'b0;
+      s3_here_q  <= 1'b0;
     end
   end
 
-  assign events_o.hit     = s2_look && s2_hit;
+  assign events_o.hit     = look_valid_i && look_hit_i;
   assign events_o.miss    = 1'b0;  // counted where lines are fetched
-  assign events_o.busy    = s3_valid_q && !s3_replay;
-  assign events_o.starved = !pick_valid;
+  assign events_o.busy    = s3_valid && !s3_replay;
+  assign events_o.starved = !s0_valid;
   assign down_o           = descend_enter;
   assign up_o             = backtrack_enter;
 

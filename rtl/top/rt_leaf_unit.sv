@@ -1,7 +1,7 @@
 // Leaf unit: reads the record of the leaf a context has arrived at and computes where the ray leaves it.
 //
-// Purpose     One context a clock: P0 pick   P1 check, look up   P2 cache answers   P3 enter rt_leaf_exit. What comes out is kept as
-//             how the leaf is left (leave_*, for the result unit) and what is to be tested (references, iter_*). Leaves without
+// Purpose     One context a clock: P pick   P0 read arrival   P1 check, look up   P2 -   P3 cache answers; enter rt_leaf_exit. What comes out is
+//             kept as how the leaf is left (leave_*, for the result unit) and what is to be tested (references, iter_*). Leaves without
 //             references, and contexts that end here, go to the result unit at once (out_*).
 // Reads       As much of a record as its size code says; the code is part of the cache's key.
 // Misses      Parked in the cache and picked again. Replay as in rt_lane.
@@ -17,6 +17,7 @@ module rt_leaf_unit #(
     input  logic                               clk_i,
     input  logic                               rst_ni,
     input  logic                               flush_i,
+    output logic                               flushing_o,
     input  rt_core_pkg::image_view_t           view_i,
     input  logic                               parent_links_i,
     input  logic                               ray_valid_i,
@@ -56,6 +57,11 @@ module rt_leaf_unit #(
 );
   typedef logic [ContextBits-1:0] context_t;
   typedef struct packed {
+    logic                  beyond;  // there is no such leaf
+    logic [1:0]            beats;   // of the record that are needed
+    rt_core_pkg::arrival_t arrival;
+  } stored_t;
+  typedef struct packed {
     context_t                           ctx;
     rt_contract_pkg::status_t           fault;
     logic                               bad_kind;
@@ -67,65 +73,85 @@ module rt_leaf_unit #(
     rt_contract_pkg::node_index_t [2:0] link;  // of the face the ray could leave through, by axis
   } tag_t;
 
-  logic [Contexts-1:0] ready_q, ready_d, error_q, error_d, wake, wake_error, picked;
-  logic                pick_valid, pick_error;
-  context_t            pick;
+  logic [Contexts-1:0] ready_q, ready_d, error_q, error_d, wake, wake_error, taken;
+  // P0: the choice.
+  logic [Contexts-1:0] p0_onehot;
+  logic                p0_valid;
+  context_t            p0_context;
   rt_pick #(
       .Count(Contexts)
   ) u_pick (
       .clk_i,
       .rst_ni,
       .pool_i  (ready_q),
-      .take_i  (1'b1),
-      .valid_o (pick_valid),
-      .onehot_o(picked),
-      .index_o (pick)
+      .taken_o (taken),
+      .valid_o (p0_valid),
+      .onehot_o(p0_onehot),
+      .index_o (p0_context)
   );
-  assign pick_error = (error_q & picked) != '0;
 
   // --- P1 ---
   logic                     p1_valid_q, p1_error_q, p1_look;
   context_t                 p1_context_q;
+  stored_t                  p1_stored;
   rt_core_pkg::arrival_t    p1_arrival;
   rt_contract_pkg::status_t p1_fault;
   always_comb begin
     p1_fault = rt_core_pkg::EventGoOn;
     if (p1_error_q) p1_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
-    else if (32'(p1_arrival.leaf) >= view_i.leaf_count) p1_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadIndex);
+    else if (p1_stored.beyond) p1_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadIndex);
   end
   assign p1_look = p1_valid_q && p1_fault == rt_core_pkg::EventGoOn;
 
-  // Planes, links and kind are always read, the parent where walks climb, and as many references as there are. Refs end at bits 380, 428, 452.
   rt_core_pkg::leaf_key_t p1_key;
+  assign p1_arrival   = p1_stored.arrival;
+  assign p1_key.leaf  = p1_arrival.leaf;
+  assign p1_key.beats = p1_stored.beats;
+
+  // What can be said of an arrival is said before it is stored: a block RAM answers late. Planes, links and kind are always read, the parent where
+  // walks climb, and as many references as there are. Refs end at bits 380, 428, 452.
+  stored_t in_stored;
   always_comb begin
-    p1_key.leaf  = p1_arrival.leaf;
-    p1_key.beats = 2'd3;
-    if (p1_arrival.size <= 3'd4) p1_key.beats = 2'd2;
-    if (p1_arrival.size <= 3'd2) p1_key.beats = 2'd1;
-    if (p1_arrival.size == '0 && !parent_links_i) p1_key.beats = 2'd0;
+    in_stored.arrival = in_data_i;
+    in_stored.beyond  = 32'(in_data_i.leaf) >= view_i.leaf_count;
+    in_stored.beats   = 2'd3;
+    if (in_data_i.size <= 3'd4) in_stored.beats = 2'd2;
+    if (in_data_i.size <= 3'd2) in_stored.beats = 2'd1;
+    if (in_data_i.size == '0 && !parent_links_i) in_stored.beats = 2'd0;
   end
 
   rt_ram_sdp #(
       .Depth (Contexts),
-      .data_t(rt_core_pkg::arrival_t)
+      .data_t(stored_t)
   ) u_arrival (
       .clk_i,
       .rst_ni,
       .write_en_i  (in_valid_i),
       .write_addr_i(in_context_i),
-      .write_data_i(in_data_i),
-      .read_en_i   (pick_valid),
-      .read_addr_i (pick),
-      .read_data_o (p1_arrival)
+      .write_data_i(in_stored),
+      .read_en_i   (p0_valid),
+      .read_addr_i (p0_context),
+      .read_data_o (p1_stored)
   );
 
   // --- P2 ---
-  logic                     p2_valid_q, p2_look, p2_hit;
+  logic                     p2_valid_q;
   context_t                 p2_context_q;
   rt_core_pkg::arrival_t    p2_arrival_q;
   rt_contract_pkg::status_t p2_fault_q;
-  logic [511:0]             p2_leaf;
   rt_core_pkg::walk_ray_t   p2_ray;
+
+  logic                                  p3_here_q, p3_valid, p3_look, p3_hit, p3_replay, enter, enter_ready;
+  context_t                              p3_context_q;
+  rt_core_pkg::arrival_t                 p3_arrival_q;
+  rt_contract_pkg::status_t              p3_fault_q;
+  rt_contract_pkg::leaf_record_t         p3_leaf;
+  rt_core_pkg::walk_ray_t                p3_ray_q;
+  rt_contract_pkg::leaf_exit_in_record_t exit_in;
+  rt_contract_pkg::leaf_exit_out_record_t exit_out;
+  tag_t                                  tag_in, tag_out;
+  rt_contract_pkg::triangle_index_t      p3_count;
+  logic                                  exit_valid, exit_take;
 
   rt_cache #(
       .Lines       (Config.leaf_lines),
@@ -140,13 +166,14 @@ module rt_leaf_unit #(
       .clk_i,
       .rst_ni,
       .flush_i,
+      .flushing_o,
       .req_valid_i (p1_look),
       .req_key_i   (p1_key),
       .req_word_i  (1'b0),
       .req_waiter_i(p1_context_q),
-      .rsp_valid_o (p2_look),
-      .rsp_hit_o   (p2_hit),
-      .rsp_data_o  (p2_leaf),
+      .rsp_valid_o (p3_look),
+      .rsp_hit_o   (p3_hit),
+      .rsp_data_o  (p3_leaf),
       .wake_o      (wake),
       .wake_error_o(wake_error),
       .fetch_valid_o,
@@ -175,21 +202,9 @@ module rt_leaf_unit #(
   );
 
   // --- P3 ---
-  logic                                  p3_valid_q, p3_replay, enter, enter_ready;
-  context_t                              p3_context_q;
-  rt_core_pkg::arrival_t                 p3_arrival_q;
-  rt_contract_pkg::status_t              p3_fault_q;
-  rt_contract_pkg::leaf_record_t         p3_leaf_q;
-  rt_core_pkg::walk_ray_t                p3_ray_q;
-  rt_contract_pkg::leaf_exit_in_record_t exit_in;
-  rt_contract_pkg::leaf_exit_out_record_t exit_out;
-  tag_t                                  tag_in, tag_out;
-  rt_contract_pkg::triangle_index_t      p3_count;
-  logic                                  exit_valid, exit_take;
-
   always_comb begin
     exit_in            = '0;
-    exit_in.bound      = p3_leaf_q.bound;
+    exit_in.bound      = p3_leaf.bound;
     exit_in.origin     = p3_ray_q.origin;
     exit_in.reciprocal = p3_ray_q.reciprocal;
     exit_in.shift      = p3_ray_q.shift;
@@ -198,20 +213,22 @@ module rt_leaf_unit #(
     exit_in.t          = p3_arrival_q.t;
     tag_in.ctx     = p3_context_q;
     tag_in.fault       = p3_fault_q;
-    tag_in.bad_kind    = p3_leaf_q.kind != rt_contract_pkg::axis_t'(rt_contract_pkg::KindTriangles);
+    tag_in.bad_kind    = p3_leaf.kind != rt_contract_pkg::axis_t'(rt_contract_pkg::KindTriangles);
     tag_in.steps       = p3_arrival_q.steps;
     tag_in.count       = p3_count;
     tag_in.node        = p3_arrival_q.node;
-    tag_in.parent      = p3_leaf_q.parent;
+    tag_in.parent      = p3_leaf.parent;
     tag_in.upper       = ~p3_ray_q.negative;
     for (int unsigned axis = 0; axis < 3; axis++) begin
-      tag_in.link[axis] = p3_ray_q.negative[axis] ? p3_leaf_q.link[2*axis] : p3_leaf_q.link[2*axis+1];
+      tag_in.link[axis] = p3_ray_q.negative[axis] ? p3_leaf.link[2*axis] : p3_leaf.link[2*axis+1];
     end
   end
   assign p3_count  = p3_arrival_q.size < rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong) ?
-                       rt_contract_pkg::triangle_index_t'(p3_arrival_q.size) : p3_leaf_q.count;
-  assign enter     = p3_valid_q && enter_ready;
-  assign p3_replay = p3_valid_q && !enter_ready;
+                       rt_contract_pkg::triangle_index_t'(p3_arrival_q.size) : p3_leaf.count;
+  // Without a look-up there is a fault; after a miss the cache has the context.
+  assign p3_valid  = p3_here_q && (!p3_look || p3_hit);
+  assign enter     = p3_valid && enter_ready;
+  assign p3_replay = p3_valid && !enter_ready;
 
   rt_leaf_exit #(
       .tag_t(tag_t)
@@ -231,9 +248,9 @@ module rt_leaf_unit #(
   assign references_context_o = p3_context_q;
   assign references_o = '{
           steps: p3_arrival_q.steps,
-          list_base: p3_leaf_q.list_base,
+          list_base: p3_leaf.list_base,
           count: p3_count,
-          refs: p3_leaf_q.refs
+          refs: p3_leaf.refs
       };
 
   // --- what the stage says ---
@@ -266,40 +283,39 @@ module rt_leaf_unit #(
   assign leave_context_o = tag_out.ctx;
 
   always_comb begin
-    ready_d = (ready_q & ~picked) | wake;
+    ready_d = (ready_q & ~taken) | wake;
     if (p3_replay) ready_d[p3_context_q] = 1'b1;
     if (in_valid_i) ready_d[in_context_i] = 1'b1;
-    error_d = (error_q & ~picked) | wake_error;
+    error_d = (error_q | wake_error) & ~p0_onehot;
   end
 
   always_ff @(posedge clk_i) begin
     ready_q      <= ready_d;
     error_q      <= error_d;
-    p1_valid_q   <= pick_valid;
-    p1_error_q   <= pick_error;
-    p1_context_q <= pick;
+    p1_valid_q   <= p0_valid;
+    p1_error_q   <= (error_q & p0_onehot) != '0;
+    p1_context_q <= p0_context;
     p2_valid_q   <= p1_valid_q;
     p2_context_q <= p1_context_q;
     p2_arrival_q <= p1_arrival;
     p2_fault_q   <= p1_fault;
-    p3_valid_q   <= p2_valid_q && (!p2_look || p2_hit);
+    p3_here_q    <= p2_valid_q;
     p3_context_q <= p2_context_q;
     p3_arrival_q <= p2_arrival_q;
     p3_fault_q   <= p2_fault_q;
-    p3_leaf_q    <= p2_leaf;
     p3_ray_q     <= p2_ray;
     if (!rst_ni) begin
       ready_q    <= '0;
       error_q    <= '0;
       p1_valid_q <= 1'b0;
       p2_valid_q <= 1'b0;
-      p3_valid_q <= 1'b0;
+      p3_here_q  <= 1'b0;
     end
   end
 
-  assign events_o.hit     = p2_look && p2_hit;
+  assign events_o.hit     = p3_look && p3_hit;
   assign events_o.busy    = enter;
-  assign events_o.starved = !pick_valid;
+  assign events_o.starved = !p0_valid;
   assign leaf_o           = enter && p3_fault_q == rt_core_pkg::EventGoOn;
 
   `RT_ASSERT(WakesNobodyTwice, (wake & ready_q) == '0)

@@ -6,7 +6,9 @@
 //             Any row_i is safe: every index below count_i is visited once (rows are ignored where their sums could overflow).
 // Reads       Only the beats that hold fields; where that leaves out the end of a record, one ray a burst. Otherwise at most RaysPerBurst
 //             rays, within an aligned block of as many, so that no burst crosses 4 KB; as many in flight as the ray FIFO has room for. One id, so the answers come in order; u_order remembers which rays they are.
-// Context     Consecutive rays go to one lane, BlockRays at a time, as long as it has a free context; otherwise to any lane.
+// Rate        One burst in Settle + 1 clocks, one launch in two: a ray is traced for many more, so index and address are found step by step, each
+//             in a register.
+// Context     The first rays go to the lanes in turn, BlockRays to each; the following ones get contexts in the order in which they became free.
 // Launch      launch_valid_o with everything that the units keep of a ray; all of them take it in the same clock.
 // Faults      A ray that could not be read, or that rt_ray_setup rejects, is launched with the fault and ends at once in its lane.
 `include "rt_assert.svh"
@@ -49,7 +51,6 @@ module rt_ray_unit #(
   localparam int unsigned BeatBits = $clog2(RayBeats);
   localparam int unsigned RayShift = $clog2(rt_contract_pkg::RayBytes);
   localparam int unsigned RoomBits = $clog2(QueueRays + 1);
-  localparam int unsigned ContextsPerLane = Config.contexts_per_lane;
   localparam int unsigned BlockBits = $clog2(BlockRays);
   localparam int unsigned LaneBits = Config.lanes > 1 ? $clog2(Config.lanes) : 1;
 
@@ -81,37 +82,53 @@ module rt_ray_unit #(
   logic [31:0]                      column_q;    // of the tile
   logic [LineBits-1:0]              line_number_q;
   logic [TileBits:0]                done_q;      // rays of this row of the tile
-  logic [31:0]                      row, index, in_row, in_list;
-  logic [rt_core_pkg::AddrBits-1:0] addr;
   logic [RoomBits-1:0]              room_q;      // rays that may still be asked for
-  logic [2:0]                       to_boundary, burst;
-  logic [TileBits:0]                in_tile;
-  logic                             fetch_go, fetch_open, ray_leaves, order_room, order_valid, row_ends, last_line, last_tile;
+  logic                             fetch_go, fetch_open, ray_leaves, order_room, order_valid, row_ends, last_line;
   logic                             fetch_valid_q;
   rt_core_pkg::read_request_t       fetch_q;
   order_t                           order;
 
-  // A band of tiles beyond the last ray still fits 32 bits.
-  assign row         = (row_i < count_i && count_i[31:31-LineBits] == '0) ? row_i : '0;
-  assign index       = line_q + column_q + 32'(done_q);
-  assign addr        = base_i + rt_core_pkg::AddrBits'({index, RayShift'(0)});
-  assign to_boundary = RaysPerBurst > 1 ? 3'(RaysPerBurst) - 3'(addr[RayShift+:2]) : 3'd1;
-  assign in_tile     = (TileBits + 1)'(TileWidth) - done_q;
-  // Without rows there is one, of all rays.
-  assign in_row  = (row == '0 ? count_i : row) - column_q - 32'(done_q);
-  assign in_list = index < count_i ? count_i - index : '0;
-  always_comb begin
-    burst = to_boundary;
-    if ((TileBits + 1)'(burst) > in_tile) burst = in_tile[2:0];
-    if (32'(burst) > in_row) burst = in_row[2:0];
-    if (32'(burst) > in_list) burst = in_list[2:0];
-  end
-  assign fetch_open = left_q != '0 && room_q >= RoomBits'(RaysPerBurst) && order_room && (!fetch_valid_q || fetch_ready_i);
-  assign fetch_go   = fetch_open && burst != '0;
-  assign row_ends   = fetch_open && ((TileBits + 1)'(burst) == in_tile || 32'(burst) == in_row || 32'(burst) == in_list);
-  assign last_line  = row == '0 || line_number_q == LineBits'(TileHeight - 1);
-  assign last_tile  = row != '0 && column_q + 32'(TileWidth) >= row;
+  // What follows from the position, a register after each sum or comparison; settle_q counts down until all of it is there.
+  localparam int unsigned Settle = 5;
+  localparam int unsigned SettleBits = $clog2(Settle + 1);
+  logic [SettleBits-1:0]            settle_q;
+  logic [31:0]                      row_q, tile_q, tile_left_q, index_q, in_row_q, in_list_q;
+  logic [rt_core_pkg::AddrBits-1:0] addr_q;
+  logic [2:0]                       to_boundary, burst_q;
+  logic [TileBits:0]                in_tile_q;
+  logic                             last_tile_q;
+  assign to_boundary = RaysPerBurst > 1 ? 3'(RaysPerBurst) - 3'(addr_q[RayShift+:2]) : 3'd1;
   always_ff @(posedge clk_i) begin
+    // A band of tiles beyond the last ray still fits 32 bits.
+    row_q <= (row_i < count_i && count_i[31:31-LineBits] == '0) ? row_i : '0;
+    // 1: the tile's row. Without rows there is one, of all rays.
+    tile_q      <= line_q + column_q;
+    tile_left_q <= (row_q == '0 ? count_i : row_q) - column_q;
+    in_tile_q   <= (TileBits + 1)'(TileWidth) - done_q;
+    // 2
+    index_q     <= tile_q + 32'(done_q);
+    in_row_q    <= tile_left_q - 32'(done_q);
+    last_tile_q <= row_q != '0 && tile_left_q <= 32'(TileWidth);
+    // 3
+    in_list_q <= index_q < count_i ? count_i - index_q : '0;
+    addr_q    <= base_i + rt_core_pkg::AddrBits'({index_q, RayShift'(0)});
+    // 4
+    burst_q <= smallest(to_boundary, in_tile_q, in_row_q, in_list_q);
+  end
+  function automatic logic [2:0] smallest(logic [2:0] boundary, logic [TileBits:0] tile, logic [31:0] image_row, logic [31:0] list);
+    smallest = boundary;
+    if ((TileBits + 1)'(smallest) > tile) smallest = tile[2:0];
+    if (32'(smallest) > image_row) smallest = image_row[2:0];
+    if (32'(smallest) > list) smallest = list[2:0];
+  endfunction
+
+  assign fetch_open = settle_q == '0 && left_q != '0 && room_q >= RoomBits'(RaysPerBurst) && order_room && (!fetch_valid_q || fetch_ready_i);
+  assign fetch_go   = fetch_open && burst_q != '0;
+  assign row_ends   = fetch_open && ((TileBits + 1)'(burst_q) == in_tile_q || 32'(burst_q) == in_row_q || 32'(burst_q) == in_list_q);
+  assign last_line  = row_q == '0 || line_number_q == LineBits'(TileHeight - 1);
+  always_ff @(posedge clk_i) begin
+    if (start_i || fetch_open) settle_q <= SettleBits'(Settle);
+    else if (settle_q != '0) settle_q <= settle_q - 1'b1;
     if (start_i) begin
       left_q        <= count_i;
       band_q        <= '0;
@@ -120,29 +137,29 @@ module rt_ray_unit #(
       line_number_q <= '0;
       done_q        <= '0;
     end else begin
-      if (fetch_go) left_q <= left_q - 32'(burst);
+      if (fetch_go) left_q <= left_q - 32'(burst_q);
       if (row_ends) begin
         done_q        <= '0;
         line_number_q <= last_line ? '0 : line_number_q + 1'b1;
-        line_q        <= last_line ? band_q : line_q + row;
+        line_q        <= last_line ? band_q : line_q + row_q;
         if (last_line) begin
           column_q <= column_q + 32'(TileWidth);
-          if (last_tile) begin
+          if (last_tile_q) begin
             column_q <= '0;
-            band_q   <= line_q + row;
-            line_q   <= line_q + row;
+            band_q   <= line_q + row_q;
+            line_q   <= line_q + row_q;
           end
         end
       end else if (fetch_go) begin
-        done_q <= done_q + (TileBits + 1)'(burst);
+        done_q <= done_q + (TileBits + 1)'(burst_q);
       end
     end
-    room_q <= room_q - (fetch_go ? RoomBits'(burst) : '0) + RoomBits'(ray_leaves);
+    room_q <= room_q - (fetch_go ? RoomBits'(burst_q) : '0) + RoomBits'(ray_leaves);
     if (fetch_go) begin
       fetch_valid_q <= 1'b1;
       fetch_q <= '{
-          addr: addr,
-          len: 8'(int'(burst) * RayBeats - 1),
+          addr: addr_q,
+          len: 8'(int'(burst_q) * RayBeats - 1),
           source: rt_core_pkg::SourceBits'(rt_core_pkg::SourceRay),
           mshr: '0
       };
@@ -164,7 +181,7 @@ module rt_ray_unit #(
       .rst_ni,
       .in_valid_i (fetch_go),
       .in_ready_o (order_room),
-      .in_data_i  ('{index: index, count: burst}),
+      .in_data_i  ('{index: index_q, count: burst_q}),
       .out_valid_o(order_valid),
       .out_ready_i(push_q && push_number_q + 3'd1 == order.count),
       .out_data_o (order),
@@ -241,54 +258,54 @@ module rt_ray_unit #(
       .out_tag_o  (setup_tag)
   );
 
-  // --- a free context ---
-  logic [Contexts-1:0]    free_q, free_d, in_lane, pool, picked;
-  logic [LaneBits-1:0]    lane_q;
-  logic [BlockBits-1:0]   block_q;
-  logic [ContextBits-1:0] pick;
-  logic                   pick_valid, launch;
-  logic [ContextBits:0]   used_q;
+  // --- a free context, before a ray needs it: one that no ray has had yet, then those that were freed, in that order ---
+  logic [ContextBits-1:0] next_context_q, freed_context, new_context;
+  logic                   next_valid_q, launch, freed_valid, freed_take, freed_room, new_left;
+  logic [ContextBits:0]   used_q, new_q;  // new_q: contexts that have had a ray
+  logic [ContextBits:0]   freed_usage_unused;
 
-  always_comb begin
-    for (int unsigned i = 0; i < Contexts; i++) in_lane[i] = free_q[i] && LaneBits'(i / ContextsPerLane) == lane_q;
+  // New ones in turns of BlockRays for each lane.
+  assign new_left = new_q != (ContextBits + 1)'(Contexts);
+  if (Config.lanes > 1) begin : gen_turns
+    assign new_context = {new_q[BlockBits+:LaneBits], new_q[ContextBits-1:BlockBits+LaneBits], new_q[BlockBits-1:0]};
+  end else begin : gen_one_lane
+    assign new_context = new_q[ContextBits-1:0];
   end
-  assign pool = in_lane != '0 ? in_lane : free_q;
-  rt_pick #(
-      .Count(Contexts)
-  ) u_pick (
+  assign freed_take = !next_valid_q && !new_left && freed_valid;
+  rt_fifo #(
+      .Depth (Contexts),
+      .data_t(logic [ContextBits-1:0])
+  ) u_freed (
       .clk_i,
       .rst_ni,
-      .pool_i  (pool),
-      .take_i  (launch),
-      .valid_o (pick_valid),
-      .onehot_o(picked),
-      .index_o (pick)
+      .in_valid_i (free_valid_i),
+      .in_ready_o (freed_room),
+      .in_data_i  (free_context_i),
+      .out_valid_o(freed_valid),
+      .out_ready_i(freed_take),
+      .out_data_o (freed_context),
+      .usage_o    (freed_usage_unused)
   );
-  assign launch_valid_o = setup_valid && pick_valid;
+  assign launch_valid_o = setup_valid && next_valid_q;
   assign launch         = launch_valid_o && launch_ready_i;
-  assign setup_take     = pick_valid && launch_ready_i;
-
-  always_comb begin
-    free_d = launch ? free_q & ~picked : free_q;
-    if (free_valid_i) free_d[free_context_i] = 1'b1;
-  end
+  assign setup_take     = next_valid_q && launch_ready_i;
   always_ff @(posedge clk_i) begin
-    free_q <= free_d;
     used_q <= used_q + (ContextBits + 1)'(launch) - (ContextBits + 1)'(free_valid_i);
-    if (launch) begin
-      block_q <= block_q + 1'b1;
-      if (block_q == '1) lane_q <= lane_q == LaneBits'(Config.lanes - 1) ? '0 : lane_q + 1'b1;
+    if (launch) next_valid_q <= 1'b0;
+    if (!next_valid_q) begin
+      next_valid_q   <= new_left || freed_valid;
+      next_context_q <= new_left ? new_context : freed_context;
+      if (new_left) new_q <= new_q + 1'b1;
     end
     if (!rst_ni) begin
-      free_q  <= '1;
-      used_q  <= '0;
-      lane_q  <= '0;
-      block_q <= '0;
+      used_q       <= '0;
+      new_q        <= '0;
+      next_valid_q <= 1'b0;
     end
   end
   assign used_o = used_q;
 
-  assign launch_context_o = pick;
+  assign launch_context_o = next_context_q;
   always_comb begin
     launch_o = '0;
     if (setup_tag.error) launch_o.fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
@@ -306,6 +323,6 @@ module rt_ray_unit #(
 
   `RT_ASSERT(RayIsExpected, !push_q || order_valid)
   `RT_ASSERT(QueueHasRoom, !push_q || push_room)
-  `RT_ASSERT(FreesWhatIsUsed, !free_valid_i || !free_q[free_context_i])
+  `RT_ASSERT(FreesWhatIsUsed, !free_valid_i || (used_q != '0 && freed_room))
   `RT_ASSERT(BlockIsPowerOfTwo, BlockRays == (1 << BlockBits))
 endmodule

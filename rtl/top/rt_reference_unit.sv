@@ -1,10 +1,11 @@
 // Reference unit: sends the references of a leaf to the triangle test, one for each pick, in order.
 //
-// Purpose     One context a clock: I0 pick   I1 which reference; list look-up   I2 list answers   I3 checks, mailbox; triangle look-up
-//             I4 cache answers   I5 enter rt_tri_test, note that the reference is done. A context with references left becomes ready again.
+// Purpose     One context a clock: P pick   I0 read   I1 what is stored   I2 which reference; list look-up   I3 -   I4 list answers
+//             I5 checks, mailbox; triangle look-up   I6 -   I7 cache answers; enter rt_tri_test, note that the reference is done.
+//             A context with references left becomes ready again.
 // Order       The pipe of rt_tri_test keeps the order, so the last thing a context sends (its last test, or a bubble that carries why there
 //             is none) tells the result unit that all results are in. Tests of an any-hit ray that already has its hit are not sent.
-// Misses      Parked in the list or triangle cache and picked again; nothing is noted until I5 but the index, once it is known.
+// Misses      Parked in the list or triangle cache and picked again; nothing is noted until I7 but the index, once it is known.
 // Statuses    As step_test in hls/top/trace.cpp orders them: step limit, list index, triangle index.
 // Mailbox     The last triangles tested for this ray; a reference to one of them counts as a step and is skipped.
 // Source      Amanatides & Woo 1987 (mailbox).
@@ -18,6 +19,7 @@ module rt_reference_unit #(
     input  logic                                 clk_i,
     input  logic                                 rst_ni,
     input  logic                                 flush_i,
+    output logic                                 flushing_o,
     input  rt_core_pkg::image_view_t             view_i,
     input  logic                                 mailbox_i,
     // A new ray.
@@ -70,57 +72,73 @@ module rt_reference_unit #(
   `RT_ASSERT_INIT(ListKeyMatchesPort, ListKeyBits == 24)
   typedef logic [ContextBits-1:0] context_t;
   typedef rt_contract_pkg::status_t status_t;
+  typedef struct packed {
+    logic signed [rt_contract_pkg::ListIndexBits:0] before_list;  // list_base - LeafInline
+    rt_core_pkg::references_t                       references;
+  } kept_t;
+  kept_t references_kept;
 
-  logic [Contexts-1:0] ready_q, ready_d, first_q, first_d, error_q, error_d, picked;
+  logic [Contexts-1:0] ready_q, ready_d, first_q, first_d, error_q, error_d, taken;
   logic [Contexts-1:0] list_wake, list_wake_error, triangle_wake, triangle_wake_error;
-  logic                pick_valid;
-  context_t            pick;
+  // I0: the choice.
+  logic [Contexts-1:0] i0_onehot;
+  logic                i0_valid;
+  context_t            i0_context;
   rt_pick #(
       .Count(Contexts)
   ) u_pick (
       .clk_i,
       .rst_ni,
       .pool_i  (ready_q),
-      .take_i  (1'b1),
-      .valid_o (pick_valid),
-      .onehot_o(picked),
-      .index_o (pick)
+      .taken_o (taken),
+      .valid_o (i0_valid),
+      .onehot_o(i0_onehot),
+      .index_o (i0_context)
   );
 
-  // --- I1: which reference ---
-  logic                            i1_valid_q, i1_first_q, i1_error_q;
-  context_t                        i1_context_q;
-  rt_contract_pkg::triangle_index_t i1_stored, i1_next, i1_inline, i1_resolved;
-  logic                             i1_resolved_q;
-  rt_core_pkg::references_t        i1_refs;
-  logic                            i1_from_list, i1_list_look;
-  logic [31:0]                     i1_entry;
-  status_t                         i1_event;
+  // --- I1: what is stored ---
+  logic                             i1_valid_q, i1_first_q, i1_error_q, i1_resolved_q;
+  context_t                         i1_context_q;
+  rt_contract_pkg::triangle_index_t i1_stored, i1_resolved;
+  kept_t                            i1_refs;
 
-  assign i1_next      = i1_first_q ? '0 : i1_stored;
-  assign i1_from_list = !i1_resolved_q && i1_next >= 24'(rt_contract_pkg::LeafInline);
-  assign i1_entry     = 32'(i1_refs.list_base) + 32'(i1_next) - 32'(rt_contract_pkg::LeafInline);
-  always_comb begin
-    i1_inline = i1_refs.refs[0];
-    for (int unsigned i = 1; i < rt_contract_pkg::LeafInline; i++) begin
-      if (i1_next == 24'(i)) i1_inline = i1_refs.refs[i];
-    end
-    if (i1_resolved_q) i1_inline = i1_resolved;
-    i1_event = rt_core_pkg::EventGoOn;
-    if (i1_error_q) i1_event = status_t'(rt_contract_pkg::StatusBusError);
-    else if (i1_refs.steps + 32'(i1_next) >= view_i.step_limit) i1_event = status_t'(rt_contract_pkg::StatusStepLimit);
-    else if (i1_from_list && i1_entry >= view_i.list_count) i1_event = status_t'(rt_contract_pkg::StatusBadIndex);
-  end
-  assign i1_list_look = i1_valid_q && i1_from_list && i1_event == rt_core_pkg::EventGoOn;
-
-  // --- I2: the list answers ---
-  logic                             i2_valid_q, i2_list_look, i2_list_hit, i2_from_list_q;
+  // --- I2: which reference ---
+  logic                             i2_valid_q, i2_error_q, i2_resolved_q;
   context_t                         i2_context_q;
-  status_t                          i2_event_q;
-  rt_contract_pkg::triangle_index_t i2_inline_q, i2_next_q, i2_count_q;
-  logic [WordEntryBits-1:0]         i2_entry_q;
-  logic [DataBits-1:0]              i2_list_word;
-  logic [EntryBits-1:0]             i2_entries[WordEntries];
+  rt_contract_pkg::triangle_index_t i2_next_q, i2_known_index_q, i2_inline;
+  rt_core_pkg::references_t         i2_refs_q;
+  logic signed [rt_contract_pkg::ListIndexBits:0] i2_before_list_q;
+  logic                             i2_from_list, i2_list_look;
+  logic [31:0]                      i2_entry;
+  status_t                          i2_event;
+
+  assign i2_from_list = !i2_resolved_q && i2_next_q >= 24'(rt_contract_pkg::LeafInline);
+  assign i2_entry     = 32'(i2_before_list_q) + 32'(i2_next_q);
+  always_comb begin
+    i2_inline = i2_refs_q.refs[0];
+    for (int unsigned i = 1; i < rt_contract_pkg::LeafInline; i++) begin
+      if (i2_next_q == 24'(i)) i2_inline = i2_refs_q.refs[i];
+    end
+    if (i2_resolved_q) i2_inline = i2_known_index_q;
+    i2_event = rt_core_pkg::EventGoOn;
+    if (i2_error_q) i2_event = status_t'(rt_contract_pkg::StatusBusError);
+    else if (i2_refs_q.steps + 32'(i2_next_q) >= view_i.step_limit) i2_event = status_t'(rt_contract_pkg::StatusStepLimit);
+    else if (i2_from_list && i2_entry >= view_i.list_count) i2_event = status_t'(rt_contract_pkg::StatusBadIndex);
+  end
+  assign i2_list_look = i2_valid_q && i2_from_list && i2_event == rt_core_pkg::EventGoOn;
+
+  // --- I3, I4: the list answers ---
+  logic                             i3_valid_q, i3_from_list_q, i4_here_q, i4_valid, i4_from_list_q, i4_list_look, i4_list_hit;
+  context_t                         i3_context_q, i4_context_q;
+  status_t                          i3_event_q, i4_event_q;
+  rt_contract_pkg::triangle_index_t i3_inline_q, i3_next_q, i3_count_q, i4_inline_q, i4_next_q, i4_count_q;
+  logic [WordEntryBits-1:0]         i3_entry_q, i4_entry_q;
+  logic [DataBits-1:0]              i4_list_word;
+  logic [EntryBits-1:0]             i4_entries[WordEntries];
+  logic                             list_flushing, triangle_flushing;
+  assign flushing_o = list_flushing || triangle_flushing;
+  // Without a look-up the reference is known or there is an event; after a miss the cache has the context.
+  assign i4_valid = i4_here_q && (!i4_list_look || i4_list_hit);
 
   rt_cache #(
       .Lines       (Config.list_lines),
@@ -135,13 +153,14 @@ module rt_reference_unit #(
       .clk_i,
       .rst_ni,
       .flush_i,
-      .req_valid_i  (i1_list_look),
-      .req_key_i    (i1_entry[LineEntryBits+:ListKeyBits]),
-      .req_word_i   (i1_entry[WordEntryBits+:LineWordBits]),
-      .req_waiter_i (i1_context_q),
-      .rsp_valid_o  (i2_list_look),
-      .rsp_hit_o    (i2_list_hit),
-      .rsp_data_o   (i2_list_word),
+      .flushing_o   (list_flushing),
+      .req_valid_i  (i2_list_look),
+      .req_key_i    (i2_entry[LineEntryBits+:ListKeyBits]),
+      .req_word_i   (i2_entry[WordEntryBits+:LineWordBits]),
+      .req_waiter_i (i2_context_q),
+      .rsp_valid_o  (i4_list_look),
+      .rsp_hit_o    (i4_list_hit),
+      .rsp_data_o   (i4_list_word),
       .wake_o       (list_wake),
       .wake_error_o (list_wake_error),
       .fetch_valid_o(list_fetch_valid_o),
@@ -156,35 +175,42 @@ module rt_reference_unit #(
       .fill_error_i
   );
   for (genvar i = 0; i < int'(WordEntries); i++) begin : gen_entry
-    assign i2_entries[i] = i2_list_word[i*EntryBits+:EntryBits];
+    assign i4_entries[i] = i4_list_word[i*EntryBits+:EntryBits];
   end
 
-  // --- I3: checks, mailbox, triangle ---
-  logic                             i3_valid_q;
-  context_t                         i3_context_q;
-  status_t                          i3_event_q, i3_event;
-  logic [EntryBits-1:0]             i3_index_q;
-  rt_contract_pkg::triangle_index_t i3_next_q, i3_count_q;
-  logic                             i3_known, i3_killed, i3_look;
+  // --- I5: checks, mailbox, triangle ---
+  logic                             i5_valid_q, i5_killed_q;
+  context_t                         i5_context_q;
+  status_t                          i5_event_q, i5_event;
+  logic [EntryBits-1:0]             i5_index_q;
+  rt_contract_pkg::triangle_index_t i5_next_q, i5_count_q;
+  logic                             i5_known, i5_look;
   logic [Contexts-1:0]              any_q;  // rays that any hit will do for
 
-  assign i3_killed = any_q[i3_context_q] && has_hit_i[i3_context_q];
   always_comb begin
-    i3_event = i3_event_q;
-    if (i3_killed) i3_event = rt_core_pkg::EventFinish;
-    else if (i3_event_q == rt_core_pkg::EventGoOn && i3_index_q >= view_i.triangle_count) begin
-      i3_event = status_t'(rt_contract_pkg::StatusBadIndex);
+    i5_event = i5_event_q;
+    if (i5_killed_q) i5_event = rt_core_pkg::EventFinish;
+    else if (i5_event_q == rt_core_pkg::EventGoOn && i5_index_q >= view_i.triangle_count) begin
+      i5_event = status_t'(rt_contract_pkg::StatusBadIndex);
     end
   end
-  assign i3_look = i3_valid_q && i3_event == rt_core_pkg::EventGoOn && !i3_known;
+  assign i5_look = i5_valid_q && i5_event == rt_core_pkg::EventGoOn && !i5_known;
 
-  // --- I4: the triangle is there ---
-  logic                             i4_valid_q, i4_look, i4_hit, i4_known_q;
-  context_t                         i4_context_q;
-  status_t                          i4_event_q;
-  rt_contract_pkg::triangle_index_t i4_index_q, i4_next_q, i4_count_q;
-  logic [TriangleBits-1:0]          i4_triangle;
-  rt_core_pkg::test_ray_t           i4_ray;
+  // --- I6 ---
+  logic                             i6_valid_q, i6_known_q;
+  context_t                         i6_context_q;
+  status_t                          i6_event_q;
+  rt_contract_pkg::triangle_index_t i6_index_q, i6_after_q, i6_count_q;
+  rt_core_pkg::test_ray_t           i6_ray;
+
+  // --- I7: the triangle is there: send and note ---
+  logic                              i7_here_q, i7_valid, i7_look, i7_hit, i7_missed;
+  logic                              i7_known_q, i7_final_q, i7_send, i7_done, i7_last, i7_replay;
+  context_t                          i7_context_q;
+  status_t                           i7_event_q;
+  rt_contract_pkg::triangle_index_t  i7_index_q, i7_after_q;
+  rt_contract_pkg::triangle_record_t i7_triangle;
+  rt_core_pkg::test_ray_t            i7_ray_q;
 
   rt_cache #(
       .Lines       (Config.triangle_lines),
@@ -199,13 +225,14 @@ module rt_reference_unit #(
       .clk_i,
       .rst_ni,
       .flush_i,
-      .req_valid_i  (i3_look),
-      .req_key_i    (i3_index_q[23:0]),
+      .flushing_o   (triangle_flushing),
+      .req_valid_i  (i5_look),
+      .req_key_i    (i5_index_q[23:0]),
       .req_word_i   (1'b0),
-      .req_waiter_i (i3_context_q),
-      .rsp_valid_o  (i4_look),
-      .rsp_hit_o    (i4_hit),
-      .rsp_data_o   (i4_triangle),
+      .req_waiter_i (i5_context_q),
+      .rsp_valid_o  (i7_look),
+      .rsp_hit_o    (i7_hit),
+      .rsp_data_o   (i7_triangle),
       .wake_o       (triangle_wake),
       .wake_error_o (triangle_wake_error),
       .fetch_valid_o(triangle_fetch_valid_o),
@@ -228,58 +255,56 @@ module rt_reference_unit #(
       .write_en_i  (ray_valid_i),
       .write_addr_i(ray_context_i),
       .write_data_i(ray_i),
-      .read_en_i   (i3_valid_q),
-      .read_addr_i (i3_context_q),
-      .read_data_o (i4_ray)
+      .read_en_i   (i5_valid_q),
+      .read_addr_i (i5_context_q),
+      .read_data_o (i6_ray)
   );
+  // The list begins behind the references in the record; before the first entry its base is negative.
+  assign references_kept.references   = references_i;
+  assign references_kept.before_list = (rt_contract_pkg::ListIndexBits + 1)'(references_i.list_base) -
+                                       (rt_contract_pkg::ListIndexBits + 1)'(rt_contract_pkg::LeafInline);
   rt_ram_sdp #(
       .Depth (Contexts),
-      .data_t(rt_core_pkg::references_t)
+      .data_t(kept_t)
   ) u_references (
       .clk_i,
       .rst_ni,
       .write_en_i  (references_valid_i),
       .write_addr_i(references_context_i),
-      .write_data_i(references_i),
-      .read_en_i   (pick_valid),
-      .read_addr_i (pick),
+      .write_data_i(references_kept),
+      .read_en_i   (i0_valid),
+      .read_addr_i (i0_context),
       .read_data_o (i1_refs)
   );
 
-  // --- I5: send and note ---
-  logic                              i5_valid_q, i5_known_q, i5_send, i5_done, i5_last, i5_replay;
-  context_t                          i5_context_q;
-  status_t                           i5_event_q;
-  rt_contract_pkg::triangle_index_t  i5_index_q, i5_next_q, i5_count_q, i5_after;
-  rt_contract_pkg::triangle_record_t i5_triangle_q;
-  rt_core_pkg::test_ray_t            i5_ray_q;
-
-  assign i5_after = i5_next_q + 1'b1;
-  assign i5_last  = i5_event_q != rt_core_pkg::EventGoOn || i5_after == i5_count_q;
+  // Without a look-up there is nothing to test; after a miss the cache has the context.
+  assign i7_valid  = i7_here_q && (!i7_look || i7_hit);
+  assign i7_missed = i7_here_q && i7_look && !i7_hit;
+  assign i7_last   = i7_event_q != rt_core_pkg::EventGoOn || i7_final_q;
   // A skipped reference in the middle of a leaf sends nothing.
-  assign i5_send   = i5_valid_q && (!i5_known_q || i5_last);
-  assign i5_replay = i5_send && !out_ready_i;
-  assign i5_done   = i5_valid_q && !i5_replay;
+  assign i7_send   = i7_valid && (!i7_known_q || i7_last);
+  assign i7_replay = i7_send && !out_ready_i;
+  assign i7_done   = i7_valid && !i7_replay;
 
   always_comb begin
     out_data_o            = '0;
-    out_data_o.u          = i5_triangle_q.u;
-    out_data_o.v          = i5_triangle_q.v;
-    out_data_o.n          = i5_triangle_q.n;
-    out_data_o.offset_u   = i5_triangle_q.offset_u;
-    out_data_o.offset_v   = i5_triangle_q.offset_v;
-    out_data_o.offset_n   = i5_triangle_q.offset_n;
-    out_data_o.exponent_u = i5_triangle_q.exponent_u;
-    out_data_o.exponent_v = i5_triangle_q.exponent_v;
-    out_data_o.id         = i5_triangle_q.id;
-    out_data_o.origin     = i5_ray_q.origin;
-    out_data_o.direction  = i5_ray_q.direction;
+    out_data_o.u          = i7_triangle.u;
+    out_data_o.v          = i7_triangle.v;
+    out_data_o.n          = i7_triangle.n;
+    out_data_o.offset_u   = i7_triangle.offset_u;
+    out_data_o.offset_v   = i7_triangle.offset_v;
+    out_data_o.offset_n   = i7_triangle.offset_n;
+    out_data_o.exponent_u = i7_triangle.exponent_u;
+    out_data_o.exponent_v = i7_triangle.exponent_v;
+    out_data_o.id         = i7_triangle.id;
+    out_data_o.origin     = i7_ray_q.origin;
+    out_data_o.direction  = i7_ray_q.direction;
   end
-  assign out_valid_o   = i5_send && out_ready_i;
-  assign out_context_o = i5_context_q;
-  assign out_test_o    = i5_event_q == rt_core_pkg::EventGoOn && !i5_known_q;
-  assign out_last_o    = i5_last;
-  assign out_event_o   = i5_event_q;
+  assign out_valid_o   = i7_send && out_ready_i;
+  assign out_context_o = i7_context_q;
+  assign out_test_o    = i7_event_q == rt_core_pkg::EventGoOn && !i7_known_q;
+  assign out_last_o    = i7_last;
+  assign out_event_o   = i7_event_q;
 
   rt_ram_sdp #(
       .Depth (Contexts),
@@ -287,34 +312,32 @@ module rt_reference_unit #(
   ) u_next (
       .clk_i,
       .rst_ni,
-      .write_en_i  (i5_done),
-      .write_addr_i(i5_context_q),
-      .write_data_i(i5_after),
-      .read_en_i   (pick_valid),
-      .read_addr_i (pick),
+      .write_en_i  (i7_done),
+      .write_addr_i(i7_context_q),
+      .write_data_i(i7_after_q),
+      .read_en_i   (i0_valid),
+      .read_addr_i (i0_context),
       .read_data_o (i1_stored)
   );
 
   // The index of a reference whose triangle has been missed: the list need not be read again.
   logic [Contexts-1:0] resolved_q;
-  logic                i4_missed;
-  assign i4_missed = i4_valid_q && i4_look && !i4_hit;
   rt_ram_sdp #(
       .Depth (Contexts),
       .data_t(rt_contract_pkg::triangle_index_t)
   ) u_resolved (
       .clk_i,
       .rst_ni,
-      .write_en_i  (i4_missed),
-      .write_addr_i(i4_context_q),
-      .write_data_i(i4_index_q),
-      .read_en_i   (pick_valid),
-      .read_addr_i (pick),
+      .write_en_i  (i7_missed),
+      .write_addr_i(i7_context_q),
+      .write_data_i(i7_index_q),
+      .read_en_i   (i0_valid),
+      .read_addr_i (i0_context),
       .read_data_o (i1_resolved)
   );
   always_ff @(posedge clk_i) begin
-    if (i4_missed) resolved_q[i4_context_q] <= 1'b1;
-    if (i5_done) resolved_q[i5_context_q] <= 1'b0;
+    if (i7_missed) resolved_q[i7_context_q] <= 1'b1;
+    if (i7_done) resolved_q[i7_context_q] <= 1'b0;
     if (in_valid_i) resolved_q[in_context_i] <= 1'b0;
     if (!rst_ni) resolved_q <= '0;
   end
@@ -326,17 +349,16 @@ module rt_reference_unit #(
       logic [CountBits-1:0]                                 used;
       rt_contract_pkg::triangle_index_t [Config.mail_entries-1:0] index;  // the newest first
     } mail_t;
-    mail_t               i3_stored, i3_mail, i4_mail_q, i5_mail_q, i5_mail;
+    mail_t               i4_stored, i5_mail_q, i6_mail_q, i7_mail_q, i7_mail;
     logic [Contexts-1:0] fresh_q;  // nothing tested for this ray
 
-    assign i3_mail = fresh_q[i3_context_q] ? '0 : i3_stored;
     always_comb begin
-      i3_known = 1'b0;
+      i5_known = 1'b0;
       for (int unsigned i = 0; i < Config.mail_entries; i++) begin
-        if (mailbox_i && i3_mail.used > CountBits'(i) && 32'(i3_mail.index[i]) == i3_index_q) i3_known = 1'b1;
+        if (mailbox_i && i5_mail_q.used > CountBits'(i) && 32'(i5_mail_q.index[i]) == i5_index_q) i5_known = 1'b1;
       end
-      i5_mail.index = {i5_mail_q.index[Config.mail_entries-2:0], i5_index_q};
-      i5_mail.used  = i5_mail_q.used == CountBits'(Config.mail_entries) ? i5_mail_q.used : i5_mail_q.used + 1'b1;
+      i7_mail.index = {i7_mail_q.index[Config.mail_entries-2:0], i7_index_q};
+      i7_mail.used  = i7_mail_q.used == CountBits'(Config.mail_entries) ? i7_mail_q.used : i7_mail_q.used + 1'b1;
     end
     rt_ram_sdp #(
         .Depth (Contexts),
@@ -344,72 +366,89 @@ module rt_reference_unit #(
     ) u_mail (
         .clk_i,
         .rst_ni,
-        .write_en_i  (mailbox_i && i5_done && out_test_o),
-        .write_addr_i(i5_context_q),
-        .write_data_i(i5_mail),
-        .read_en_i   (mailbox_i && i2_valid_q),
-        .read_addr_i (i2_context_q),
-        .read_data_o (i3_stored)
+        .write_en_i  (mailbox_i && i7_done && out_test_o),
+        .write_addr_i(i7_context_q),
+        .write_data_i(i7_mail),
+        .read_en_i   (mailbox_i && i3_valid_q),
+        .read_addr_i (i3_context_q),
+        .read_data_o (i4_stored)
     );
     always_ff @(posedge clk_i) begin
-      i4_mail_q <= i3_mail;
-      i5_mail_q <= i4_mail_q;
+      i5_mail_q <= fresh_q[i4_context_q] ? '0 : i4_stored;
+      i6_mail_q <= i5_mail_q;
+      i7_mail_q <= i6_mail_q;
       if (ray_valid_i) fresh_q[ray_context_i] <= 1'b1;
-      if (i5_done && out_test_o) fresh_q[i5_context_q] <= 1'b0;
+      if (i7_done && out_test_o) fresh_q[i7_context_q] <= 1'b0;
     end
   end else begin : gen_no_mailbox
-    assign i3_known = 1'b0;
+    assign i5_known = 1'b0;
   end
 
   always_comb begin
-    ready_d = (ready_q & ~picked) | list_wake | triangle_wake;
-    if (i5_replay || (i5_done && !i5_last)) ready_d[i5_context_q] = 1'b1;
+    ready_d = (ready_q & ~taken) | list_wake | triangle_wake;
+    if (i7_replay || (i7_done && !i7_last)) ready_d[i7_context_q] = 1'b1;
     if (in_valid_i) ready_d[in_context_i] = 1'b1;
     first_d = first_q;
-    if (i5_done) first_d[i5_context_q] = 1'b0;
+    if (i7_done) first_d[i7_context_q] = 1'b0;
     if (in_valid_i) first_d[in_context_i] = 1'b1;
-    error_d = (error_q & ~picked) | list_wake_error | triangle_wake_error;
+    error_d = (error_q | list_wake_error | triangle_wake_error) & ~i0_onehot;
   end
 
   always_ff @(posedge clk_i) begin
     ready_q        <= ready_d;
     first_q        <= first_d;
     error_q        <= error_d;
-    i1_valid_q     <= pick_valid;
-    i1_context_q   <= pick;
-    i1_first_q     <= (first_q & picked) != '0;
-    i1_error_q     <= (error_q & picked) != '0;
-    i1_resolved_q  <= (resolved_q & picked) != '0;
-    i2_valid_q     <= i1_valid_q;
-    i2_context_q   <= i1_context_q;
-    i2_event_q     <= i1_event;
-    i2_inline_q    <= i1_inline;
-    i2_from_list_q <= i1_from_list;
-    i2_entry_q     <= i1_entry[WordEntryBits-1:0];
-    i2_next_q      <= i1_next;
-    i2_count_q     <= i1_refs.count;
-    i3_valid_q     <= i2_valid_q && (!i2_list_look || i2_list_hit);
-    i3_context_q   <= i2_context_q;
-    i3_event_q     <= i2_event_q;
-    i3_index_q     <= i2_from_list_q ? i2_entries[i2_entry_q] : EntryBits'(i2_inline_q);
-    i3_next_q      <= i2_next_q;
-    i3_count_q     <= i2_count_q;
-    i4_valid_q     <= i3_valid_q;
-    i4_context_q   <= i3_context_q;
-    i4_event_q     <= i3_event;
-    i4_known_q     <= i3_known && i3_event == rt_core_pkg::EventGoOn;
-    i4_index_q     <= i3_index_q[23:0];
-    i4_next_q      <= i3_next_q;
-    i4_count_q     <= i3_count_q;
-    i5_valid_q     <= i4_valid_q && (!i4_look || i4_hit);
-    i5_context_q   <= i4_context_q;
-    i5_event_q     <= i4_event_q;
-    i5_known_q     <= i4_known_q;
-    i5_index_q     <= i4_index_q;
-    i5_next_q      <= i4_next_q;
-    i5_count_q     <= i4_count_q;
-    i5_triangle_q  <= i4_triangle;
-    i5_ray_q       <= i4_ray;
+    i1_valid_q       <= i0_valid;
+    i1_context_q     <= i0_context;
+    i1_first_q       <= (first_q & i0_onehot) != '0;
+    i1_error_q       <= (error_q & i0_onehot) != '0;
+    i1_resolved_q    <= (resolved_q & i0_onehot) != '0;
+    i2_valid_q       <= i1_valid_q;
+    i2_context_q     <= i1_context_q;
+    i2_error_q       <= i1_error_q;
+    i2_resolved_q    <= i1_resolved_q;
+    i2_next_q        <= i1_first_q ? '0 : i1_stored;
+    i2_known_index_q <= i1_resolved;
+    i2_refs_q        <= i1_refs.references;
+    i2_before_list_q <= i1_refs.before_list;
+    i3_valid_q       <= i2_valid_q;
+    i3_context_q     <= i2_context_q;
+    i3_event_q       <= i2_event;
+    i3_inline_q      <= i2_inline;
+    i3_from_list_q   <= i2_from_list;
+    i3_entry_q       <= i2_entry[WordEntryBits-1:0];
+    i3_next_q        <= i2_next_q;
+    i3_count_q       <= i2_refs_q.count;
+    i4_here_q        <= i3_valid_q;
+    i4_context_q     <= i3_context_q;
+    i4_event_q       <= i3_event_q;
+    i4_inline_q      <= i3_inline_q;
+    i4_from_list_q   <= i3_from_list_q;
+    i4_entry_q       <= i3_entry_q;
+    i4_next_q        <= i3_next_q;
+    i4_count_q       <= i3_count_q;
+    i5_valid_q       <= i4_valid;
+    i5_context_q     <= i4_context_q;
+    i5_killed_q      <= any_q[i4_context_q] && has_hit_i[i4_context_q];
+    i5_event_q       <= i4_event_q;
+    i5_index_q       <= i4_from_list_q ? i4_entries[i4_entry_q] : EntryBits'(i4_inline_q);
+    i5_next_q        <= i4_next_q;
+    i5_count_q       <= i4_count_q;
+    i6_valid_q       <= i5_valid_q;
+    i6_context_q     <= i5_context_q;
+    i6_event_q       <= i5_event;
+    i6_known_q       <= i5_known && i5_event == rt_core_pkg::EventGoOn;
+    i6_index_q       <= i5_index_q[23:0];
+    i6_after_q       <= i5_next_q + 1'b1;
+    i6_count_q       <= i5_count_q;
+    i7_here_q        <= i6_valid_q;
+    i7_context_q     <= i6_context_q;
+    i7_event_q       <= i6_event_q;
+    i7_known_q       <= i6_known_q;
+    i7_index_q       <= i6_index_q;
+    i7_after_q       <= i6_after_q;
+    i7_final_q       <= i6_after_q == i6_count_q;
+    i7_ray_q         <= i6_ray;
     if (ray_valid_i) any_q[ray_context_i] <= ray_i.any;
     if (!rst_ni) begin
       ready_q    <= '0;
@@ -418,16 +457,18 @@ module rt_reference_unit #(
       i1_valid_q <= 1'b0;
       i2_valid_q <= 1'b0;
       i3_valid_q <= 1'b0;
-      i4_valid_q <= 1'b0;
+      i4_here_q <= 1'b0;
       i5_valid_q <= 1'b0;
+      i6_valid_q <= 1'b0;
+      i7_here_q <= 1'b0;
     end
   end
 
-  assign events_o.hit     = i4_look && i4_hit;
-  assign events_o.busy    = i5_done;
-  assign events_o.starved = !pick_valid;
-  assign list_hit_o       = i2_list_look && i2_list_hit;
-  assign skipped_o        = i5_done && i5_known_q;
+  assign events_o.hit     = i7_look && i7_hit;
+  assign events_o.busy    = i7_done;
+  assign events_o.starved = !i0_valid;
+  assign list_hit_o       = i4_list_look && i4_list_hit;
+  assign skipped_o        = i7_done && i7_known_q;
 
   `RT_ASSERT(WakesNobodyTwice, ((list_wake | triangle_wake) & ready_q) == '0)
 endmodule

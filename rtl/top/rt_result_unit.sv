@@ -1,8 +1,9 @@
 // Result unit: keeps the best hit of every context and decides what a context does when its leaf is done.
 //
 // Purpose     R0 takes an event: a result of rt_tri_test (tri_*), or a context that ends or leaves a leaf without tests (direct_*), and
-//             reads what is known of the context. R1 compares, updates the best hit and, if this was the last of the leaf, either
-//             finishes the ray (finish_*, with the best hit) or sends the context back to its lane (return_*).
+//             reads what is known of the context; R1 has it. R2 compares and updates the best hit. R3 decides, if this was the last of the
+//             leaf, and R4 either finishes the ray (finish_*, with the best hit) or sends the context back to its lane (return_*).
+// Hazard      Two results of one context may follow each other directly: the best hit goes from R2 to R1 as well as to the memory.
 // Order       Direct events go first; a context is never in both at once. Lower t wins, on equal t the lower id; an any-hit ray keeps
 //             the first accepted one, also over an error met behind it.
 // Rates       One event a clock. finish_* stalls it, return_* is always accepted.
@@ -61,100 +62,148 @@ module rt_result_unit #(
     logic [31:0]              ray;
   } finish_t;
 
-  localparam int unsigned FinishDepth = 8;
+  localparam int unsigned FinishDepth = 16;
+  localparam int unsigned InFlight = 5;  // R0 .. R4 may hold finished rays that are not counted yet
   localparam int unsigned FinishUsageBits = $clog2(FinishDepth + 1);
 
   // --- R0 ---
   logic                       r0_valid, room;
   context_t                   r0_context;
   logic [FinishUsageBits-1:0] finish_usage;
-  // R1 may hold one that is not counted yet.
-  assign room           = finish_usage < FinishUsageBits'(FinishDepth - 1);
+  assign room           = finish_usage <= FinishUsageBits'(FinishDepth - InFlight);
   assign direct_ready_o = room;
   assign tri_ready_o    = room && !direct_valid_i;
   assign r0_valid       = room && (direct_valid_i || tri_valid_i);
   assign r0_context     = direct_valid_i ? direct_context_i : tri_context_i;
 
-  // --- R1 ---
-  logic                                  r1_valid_q, r1_direct_q, r1_test_q, r1_last_q;
-  context_t                              r1_context_q;
-  rt_contract_pkg::status_t              r1_event_q;
+  typedef struct packed {
+    logic                     direct;
+    logic                     test;
+    logic                     last;
+    context_t                 ctx;
+    rt_contract_pkg::status_t event_code;
+  } event_t;
+
+  // --- R1: what is known of the context ---
+  logic                                  r1_valid_q, r1_had, r1_forward;
+  event_t                                r1_q;
   rt_contract_pkg::tri_test_out_record_t r1_tri_q;
-  best_t                                 r1_best, r1_candidate, r1_new;
+  best_t                                 r1_best;
   rt_core_pkg::leave_t                   r1_leave;
   rt_core_pkg::ray_info_t                r1_ray;
   logic [Contexts-1:0]                   has_hit_q;
-  logic                                  r1_had, r1_has, r1_nearer, r1_accept, r1_ends, r1_finish;
-  rt_contract_pkg::node_index_t          r1_target;
-  finish_t                               finish_in, finish_out;
 
-  assign r1_candidate = '{
-          t: r1_tri_q.t,
-          id: r1_tri_q.id,
-          edge_u: r1_tri_q.edge_u,
-          edge_v: r1_tri_q.edge_v,
-          dz: r1_tri_q.dz,
-          exponent_u: r1_tri_q.exponent_u,
-          exponent_v: r1_tri_q.exponent_v
+  // --- R2: compare ---
+  logic                                  r2_valid_q, r2_had_q, r2_nearer, r2_accept;
+  event_t                                r2_q;
+  rt_contract_pkg::tri_test_out_record_t r2_tri_q;
+  best_t                                 r2_best_q, r2_candidate, r2_new;  // without a hit: no triangle at t_max
+  rt_core_pkg::leave_t                   r2_leave_q;
+  rt_core_pkg::ray_info_t                r2_ray_q;
+
+  assign r2_candidate = '{
+          t: r2_tri_q.t,
+          id: r2_tri_q.id,
+          edge_u: r2_tri_q.edge_u,
+          edge_v: r2_tri_q.edge_v,
+          dz: r2_tri_q.dz,
+          exponent_u: r2_tri_q.exponent_u,
+          exponent_v: r2_tri_q.exponent_v
       };
-  assign r1_had = has_hit_q[r1_context_q];
-  always_comb begin
-    if (r1_had) r1_nearer = r1_tri_q.t < r1_best.t || (r1_tri_q.t == r1_best.t && r1_tri_q.id < r1_best.id);
-    else r1_nearer = r1_tri_q.t < r1_ray.t_max || (r1_tri_q.t == r1_ray.t_max && r1_tri_q.id < rt_contract_pkg::NoTriangle);
-  end
-  assign r1_accept = r1_valid_q && !r1_direct_q && r1_test_q && r1_tri_q.hit[0] && r1_nearer && !(r1_ray.any[0] && r1_had);
-  assign r1_has    = r1_had || r1_accept;
-  always_comb begin
-    r1_new = r1_accept ? r1_candidate : r1_best;
-    if (!r1_has) begin
-      r1_new   = '0;
-      r1_new.t = r1_ray.t_max;
-    end
-  end
+  assign r2_nearer = {r2_tri_q.t, r2_tri_q.id} < {r2_best_q.t, r2_best_q.id};
+  assign r2_accept = r2_valid_q && !r2_q.direct && r2_q.test && r2_tri_q.hit[0] && r2_nearer && !(r2_ray_q.any[0] && r2_had_q);
+  assign r2_new    = r2_accept ? r2_candidate : r2_best_q;
 
-  assign r1_target = parent_links_i ? r1_leave.node : r1_leave.link;
+  assign r1_forward = r2_accept && r2_q.ctx == r1_q.ctx;
+  assign r1_had     = has_hit_q[r1_q.ctx] || r1_forward;
+
+  // --- R3: what to do ---
+  logic                         r3_valid_q, r3_has_q, r3_ends, r3_finish;
+  event_t                       r3_q;
+  best_t                        r3_best_q;
+  rt_core_pkg::leave_t          r3_leave_q;
+  rt_core_pkg::ray_info_t       r3_ray_q;
+  rt_contract_pkg::node_index_t r3_target;
+
+  assign r3_target = parent_links_i ? r3_leave_q.node : r3_leave_q.link;
   // Nothing behind the exit can be nearer, or there is nowhere to go.
-  assign r1_ends = !r1_leave.exit.exits[0] || signed'({2'b0, r1_new.t}) <= signed'({r1_leave.exit.t_exit[27], r1_leave.exit.t_exit}) ||
-      r1_target == '0;
-  assign r1_finish = (r1_ray.any[0] && r1_has) || r1_event_q != rt_core_pkg::EventGoOn || r1_ends;
+  assign r3_ends = !r3_leave_q.exit.exits[0] ||
+      signed'({2'b0, r3_best_q.t}) <= signed'({r3_leave_q.exit.t_exit[27], r3_leave_q.exit.t_exit}) || r3_target == '0;
+  assign r3_finish = (r3_ray_q.any[0] && r3_has_q) || r3_q.event_code != rt_core_pkg::EventGoOn || r3_ends;
 
-  always_comb begin
-    finish_in.best = r1_new;
-    finish_in.ray  = r1_ray.index;
-    if (r1_event_q == rt_core_pkg::EventGoOn || r1_event_q == rt_core_pkg::EventFinish || (r1_ray.any[0] && r1_has)) begin
-      finish_in.status = rt_contract_pkg::status_t'(r1_has ? rt_contract_pkg::StatusHit : rt_contract_pkg::StatusMiss);
-    end else begin
-      finish_in.status = r1_event_q;
-    end
-    return_o.plane  = r1_leave.exit.plane;
-    return_o.face   = r1_leave.exit.face;
-    return_o.t      = r1_leave.exit.t_exit;
-    return_o.steps  = r1_leave.steps;
-    return_o.fault  = rt_core_pkg::EventGoOn;
-    return_o.up     = parent_links_i;
-    return_o.parent = r1_leave.parent;
-    return_o.node   = r1_target;
-  end
-  assign return_valid_o   = r1_valid_q && r1_last_q && !r1_finish;
-  assign return_context_o = r1_context_q;
-  assign free_valid_o     = r1_valid_q && r1_last_q && r1_finish;
-  assign free_context_o   = r1_context_q;
+  // --- R4: do it ---
+  logic                 return_valid_q, free_valid_q;
+  context_t             r4_context_q;
+  rt_core_pkg::launch_t return_q;
+  finish_t              finish_q, finish_out;
+  assign return_valid_o   = return_valid_q;
+  assign return_context_o = r4_context_q;
+  assign return_o         = return_q;
+  assign free_valid_o     = free_valid_q;
+  assign free_context_o   = r4_context_q;
   assign has_hit_o        = has_hit_q;
 
   always_ff @(posedge clk_i) begin
-    r1_valid_q   <= r0_valid;
-    r1_direct_q  <= direct_valid_i;
-    r1_context_q <= r0_context;
-    r1_test_q    <= tri_test_i;
-    r1_last_q    <= direct_valid_i || tri_last_i;
-    r1_event_q   <= direct_valid_i ? direct_event_i : tri_event_i;
-    r1_tri_q     <= tri_data_i;
-    if (r1_accept) has_hit_q[r1_context_q] <= 1'b1;
+    r1_valid_q <= r0_valid;
+    r1_q <= '{
+        direct: direct_valid_i,
+        test: tri_test_i,
+        last: direct_valid_i || tri_last_i,
+        ctx: r0_context,
+        event_code: direct_valid_i ? direct_event_i : tri_event_i
+    };
+    r1_tri_q   <= tri_data_i;
+    r2_valid_q <= r1_valid_q;
+    r2_q       <= r1_q;
+    r2_tri_q   <= r1_tri_q;
+    r2_had_q   <= r1_had;
+    r2_leave_q <= r1_leave;
+    r2_ray_q   <= r1_ray;
+    r2_best_q  <= r1_best;
+    if (!r1_had) begin
+      r2_best_q    <= '0;
+      r2_best_q.t  <= r1_ray.t_max;
+      r2_best_q.id <= rt_contract_pkg::NoTriangle;
+    end
+    if (r1_forward) r2_best_q <= r2_candidate;
+    if (r2_accept) has_hit_q[r2_q.ctx] <= 1'b1;
     if (ray_valid_i) has_hit_q[ray_context_i] <= 1'b0;
-    if (!rst_ni) r1_valid_q <= 1'b0;
+
+    r3_valid_q <= r2_valid_q && r2_q.last;
+    r3_q       <= r2_q;
+    r3_has_q   <= r2_had_q || r2_accept;
+    r3_best_q  <= r2_new;
+    r3_leave_q <= r2_leave_q;
+    r3_ray_q   <= r2_ray_q;
+
+    return_valid_q  <= r3_valid_q && !r3_finish;
+    free_valid_q    <= r3_valid_q && r3_finish;
+    r4_context_q    <= r3_q.ctx;
+    return_q.plane  <= r3_leave_q.exit.plane;
+    return_q.face   <= r3_leave_q.exit.face;
+    return_q.t      <= r3_leave_q.exit.t_exit;
+    return_q.steps  <= r3_leave_q.steps;
+    return_q.fault  <= rt_core_pkg::EventGoOn;
+    return_q.up     <= parent_links_i;
+    return_q.parent <= r3_leave_q.parent;
+    return_q.node   <= r3_target;
+    finish_q.best   <= r3_best_q;
+    finish_q.ray    <= r3_ray_q.index;
+    if (!r3_has_q) finish_q.best.id <= '0;
+    if (r3_q.event_code == rt_core_pkg::EventGoOn || r3_q.event_code == rt_core_pkg::EventFinish || (r3_ray_q.any[0] && r3_has_q)) begin
+      finish_q.status <= rt_contract_pkg::status_t'(r3_has_q ? rt_contract_pkg::StatusHit : rt_contract_pkg::StatusMiss);
+    end else begin
+      finish_q.status <= r3_q.event_code;
+    end
+    if (!rst_ni) begin
+      r1_valid_q     <= 1'b0;
+      r2_valid_q     <= 1'b0;
+      r3_valid_q     <= 1'b0;
+      return_valid_q <= 1'b0;
+      free_valid_q   <= 1'b0;
+    end
   end
 
-  // Two results of one context may follow each other directly.
   rt_ram_sdp #(
       .Depth  (Contexts),
       .Forward(1'b1),
@@ -162,9 +211,9 @@ module rt_result_unit #(
   ) u_best (
       .clk_i,
       .rst_ni,
-      .write_en_i  (r1_accept),
-      .write_addr_i(r1_context_q),
-      .write_data_i(r1_candidate),
+      .write_en_i  (r2_accept),
+      .write_addr_i(r2_q.ctx),
+      .write_data_i(r2_candidate),
       .read_en_i   (r0_valid),
       .read_addr_i (r0_context),
       .read_data_o (r1_best)
@@ -205,7 +254,7 @@ module rt_result_unit #(
       .rst_ni,
       .in_valid_i (free_valid_o),
       .in_ready_o (finish_room),
-      .in_data_i  (finish_in),
+      .in_data_i  (finish_q),
       .out_valid_o(finish_valid_o),
       .out_ready_i(finish_ready_i),
       .out_data_o (finish_out),
@@ -225,5 +274,7 @@ module rt_result_unit #(
   assign finish_ray_o = finish_out.ray;
 
   `RT_ASSERT(FinishHasRoom, !free_valid_o || finish_room)
-  `RT_ASSERT(StartIsNotRunning, !(ray_valid_i && r1_valid_q && r1_context_q == ray_context_i))
+  `RT_ASSERT(StartIsNotRunning, !(ray_valid_i && ((r1_valid_q && r1_q.ctx == ray_context_i) ||
+                                                  (r2_valid_q && r2_q.ctx == ray_context_i) ||
+                                                  (r3_valid_q && r3_q.ctx == ray_context_i))))
 endmodule
