@@ -24,14 +24,88 @@ def read_text(design, name, text, options):
     ys.run_pass("%s %s" % (options, path), design)
 
 
+def block_rams(module):
+    return [cell for cell in module.selected_cells() if cell.type.str() == "\\DP16KD"]
+
+
+def outputs(cell):
+    """{port: bit} of a block RAM's data outputs that are connected."""
+    return {port: signal[0] for port, signal in cell.connections().items() if port.str().startswith("\\DO") and signal.size() > 0}
+
+
+def constant(cell, port, absent):
+    signal = cell.connections().get(ys.IdString(port))
+    return (signal.as_const().as_bool() if signal.is_fully_const() else None) if signal is not None else absent
+
+
+def absorb_registers(design):
+    """A register behind every output of a block RAM, without enable and reset, is the one that the block RAM has at its outputs."""
+    module = design.top_module()
+    alias = {}
+
+    def key(bit):
+        """Name of what drives a bit; None for a constant."""
+        name = (bit.wire.name.str(), bit.offset) if bit.is_wire() else None
+        while name in alias:
+            name = alias[name]
+        return name
+
+    for target, source in module.connections():
+        for bit, driver in zip(target.bits(), source.bits()):
+            if bit.is_wire():
+                alias[(bit.wire.name.str(), bit.offset)] = key(driver)
+
+    rams = block_rams(module)
+    readers = {key(bit): [] for cell in rams for bit in outputs(cell).values()}
+    for cell in module.selected_cells():
+        for port, signal in cell.connections().items():
+            if cell.input(port):
+                for bit in signal.bits():
+                    name = key(bit)
+                    if name in readers:
+                        readers[name].append((cell, port.str()))
+    for wire in module.selected_wires():
+        if wire.port_output:
+            for bit in ys.SigSpec(wire).bits():
+                readers.get(key(bit), []).append((None, ""))
+
+    def register_behind(bit, clock):
+        """The register that is all that reads a bit."""
+        if len(readers[key(bit)]) != 1:
+            return None
+        cell, port = readers[key(bit)][0]
+        if cell is None or cell.type.str() != "\\TRELLIS_FF" or port != "\\DI":
+            return None
+        parameter = {name.str(): value.decode_string() for name, value in cell.parameters.items()}
+        plain = parameter["\\CLKMUX"].strip() == "CLK" and parameter["\\REGSET"].strip() == "RESET" and constant(cell, "\\LSR", False) is False
+        enabled = parameter["\\CEMUX"].strip() == "1" or (parameter["\\CEMUX"].strip() == "CE" and constant(cell, "\\CE", True) is True)
+        return cell if plain and enabled and key(cell.getPort(ys.IdString("\\CLK"))[0]) == clock else None
+
+    absorbed = registers = 0
+    for cell in rams:
+        used = {port: bit for port, bit in outputs(cell).items() if readers[key(bit)]}
+        clock = key(cell.getPort(ys.IdString("\\CLKB"))[0])
+        behind = {port: register_behind(bit, clock) for port, bit in used.items()}
+        if not used or None in behind.values():
+            continue
+        for port, register in behind.items():
+            cell.setPort(port, register.getPort(ys.IdString("\\Q")))
+            module.remove(register)
+        for side in "AB":
+            cell.setParam(ys.IdString("\\REGMODE_" + side), ys.Const("OUTREG"))
+            cell.setPort(ys.IdString("\\OCE" + side), ys.SigSpec(ys.State.S1, 1))
+        absorbed += 1
+        registers += len(behind)
+    print("synthesis: %d of %d block RAMs have taken in the %d registers behind them" % (absorbed, len(rams), registers))
+
+
 def delay_block_rams(design):
     module = design.top_module()
     number = 0
-    cells = [cell for cell in module.selected_cells() if cell.type.str() == "\\DP16KD"]
+    cells = [cell for cell in block_rams(module) if cell.getParam(ys.IdString("\\REGMODE_B")).decode_string() != "OUTREG"]
     for cell in cells:
-        for port, signal in cell.connections().items():
-            if not port.str().startswith("\\DO") or signal.size() == 0:
-                continue
+        for port, bit in outputs(cell).items():
+            signal = ys.SigSpec([bit])
             number += 1
             late = module.addWire(ys.IdString("\\late_wire_%d" % number), signal.size())
             cell.setPort(port, ys.SigSpec(late))
@@ -52,6 +126,7 @@ design.scratchpad_set_string("synth_lattice.abc9.W", str(WIRE_PS))
 ys.run_pass(arguments.read, design)
 ys.run_pass("synth_ecp5 -run begin:map_luts -top " + arguments.top, design)
 read_text(design, "late", DELAY % BLOCK_RAM_PS, "read_verilog -lib -specify")
+absorb_registers(design)
 delay_block_rams(design)
 ys.run_pass("synth_ecp5 -run map_luts:map_cells -top " + arguments.top, design)
 read_text(design, "wire", WIRE, "techmap -map")

@@ -2,13 +2,14 @@
 //
 // Purpose     A context belongs to one lane for the whole of its ray. Those that can go on have a bit in ready_q; each clock one of them is
 //             picked (round robin) and goes through
-//               P pick   S0 read state   S1 checks, look up the node pair   S2 -   S3 cache answers; enter rt_kd_descend / rt_kd_backtrack
+//               P pick   S0 read state   S1 look up the node pair   S2 -   S3 cache answers; checks; enter rt_kd_descend / rt_kd_backtrack
 //             and gets its bit back when the stage's result has been written to its state. At a leaf, or when it ends, it leaves through out_*.
 // Node cache  One for all lanes, with a port for each (rt_core): a context that misses is parked there; the lane goes on with others.
 // Replay      Where S3 cannot pass its context on (the stage or the queue is full), the context just becomes ready again: nothing of it
 //             has changed. So nothing in the lane ever stalls.
 // Launch      launch_* puts a context into a state and makes it ready: a new ray, or a return from its leaf. Always accepted.
-// Statuses    As hls/top/trace.cpp orders them: step limit, then index, then what was read.
+// Statuses    As hls/top/trace.cpp orders them: step limit, then index, then what was read. A context's limit and index are checked before its
+//             state is written, so that nothing but the look-up stands behind the block RAM, which answers late.
 // Counterpart step_down, step_up in hls/top/trace.cpp. Source: Lee 2007, section 3.
 `include "rt_assert.svh"
 module rt_lane #(
@@ -49,7 +50,8 @@ module rt_lane #(
   // Written by every step.
   typedef struct packed {
     logic [31:0]                  steps;
-    rt_contract_pkg::status_t     fault;
+    rt_contract_pkg::status_t     event_code;  // not EventGoOn: what the context ends with
+    rt_contract_pkg::pair_index_t pair;        // to look up: of `parent` on the way up, otherwise of `node`
     logic                         up;
     rt_contract_pkg::node_index_t parent;
     rt_contract_pkg::node_index_t node;
@@ -60,15 +62,31 @@ module rt_lane #(
     rt_contract_pkg::face_t     face;
     rt_contract_pkg::t_t        t;
   } segment_t;
+  // What the next step will find: the limit of steps, or a pair beyond the image.
   typedef struct packed {
     context_t    ctx;
     logic [31:0] steps;
+    logic        at_limit;
+    logic        child_beyond;
   } descend_tag_t;
   typedef struct packed {
     context_t                     ctx;
     logic [31:0]                  steps;
+    logic                         at_limit;
+    logic                         child_beyond;
+    logic                         grandparent_beyond;
     rt_contract_pkg::node_index_t grandparent;
   } backtrack_tag_t;
+
+  function automatic rt_contract_pkg::status_t event_of(rt_contract_pkg::status_t fault, logic at_limit, logic beyond);
+    if (fault != rt_core_pkg::EventGoOn) return fault;
+    if (at_limit) return rt_contract_pkg::status_t'(rt_contract_pkg::StatusStepLimit);
+    if (beyond) return rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadIndex);
+    return rt_core_pkg::EventGoOn;
+  endfunction
+  function automatic logic is_beyond(rt_contract_pkg::pair_index_t pair, logic [31:0] count);
+    return 32'(pair) >= count;
+  endfunction
 
   // --- who is ready ---
   logic [Contexts-1:0] ready_q, ready_d, error_q, error_d, taken;
@@ -95,17 +113,13 @@ module rt_lane #(
   context_t                    s1_context_q;
   state_t                      s1_state, s1_stepped, s1_launched;
   logic                        s1_launched_q;
-  rt_contract_pkg::pair_index_t s1_pair;
   rt_contract_pkg::status_t    s1_event;
   logic                        s1_look;
 
-  assign s1_pair = s1_state.up ? s1_state.parent[23:1] : s1_state.node[23:1];
+  // Whoever had a look-up that met an error was going on before it.
   always_comb begin
-    s1_event = rt_core_pkg::EventGoOn;
-    if (s1_state.fault != rt_core_pkg::EventGoOn) s1_event = s1_state.fault;
-    else if (s1_error_q) s1_event = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
-    else if (s1_state.steps >= view_i.step_limit) s1_event = rt_contract_pkg::status_t'(rt_contract_pkg::StatusStepLimit);
-    else if (32'(s1_pair) >= view_i.pair_count) s1_event = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadIndex);
+    s1_event = s1_state.event_code;
+    if (s1_error_q && s1_state.event_code == rt_core_pkg::EventGoOn) s1_event = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
   end
   assign s1_look = s1_valid_q && s1_event == rt_core_pkg::EventGoOn;
 
@@ -118,7 +132,7 @@ module rt_lane #(
   segment_t                 s2_segment;
 
   assign look_valid_o   = s1_look;
-  assign look_pair_o    = s1_pair;
+  assign look_pair_o    = s1_state.pair;
   assign look_context_o = s1_context_q;
 
   // --- S3: the cache answers; on to the stages ---
@@ -133,8 +147,9 @@ module rt_lane #(
   rt_contract_pkg::position_t        s3_split;
   rt_contract_pkg::axis_t            s3_axis;
   rt_contract_pkg::pair_index_t      s3_child;
-  logic [31:0]                       s3_steps;
+  logic [31:0]                       s3_steps_q;  // with this one
   rt_core_pkg::leaf_size_t           s3_size;
+  logic                              s3_at_limit, s3_child_beyond, s3_grandparent_beyond;
 
   // Without a look-up there is an event; after a miss the cache has the context.
   assign s3_valid   = s3_here_q && (!look_valid_i || look_hit_i);
@@ -145,7 +160,9 @@ module rt_lane #(
   assign s3_child   = s3_right ? s3_pair.right_child : s3_pair.left_child;
   assign s3_size    = unsigned'(s3_split) < rt_contract_pkg::PositionBits'(rt_contract_pkg::LeafLong) ?
                         rt_core_pkg::leaf_size_t'(s3_split) : rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong);
-  assign s3_steps   = s3_state_q.steps + 32'd1;
+  assign s3_at_limit           = s3_steps_q >= view_i.step_limit;
+  assign s3_child_beyond       = is_beyond(s3_child, view_i.pair_count);
+  assign s3_grandparent_beyond = is_beyond(s3_pair.parent[23:1], view_i.pair_count);
   assign s3_at_leaf = s3_axis == rt_contract_pkg::AxisLeaf;
   assign s3_out     = s3_valid && (s3_event_q != rt_core_pkg::EventGoOn || (!s3_state_q.up && s3_at_leaf));
   assign s3_up      = s3_valid && !s3_out && s3_state_q.up;
@@ -196,7 +213,7 @@ module rt_lane #(
       .in_valid_i (descend_enter),
       .in_ready_o (descend_ready),
       .in_data_i  (descend_in),
-      .in_tag_i   ('{ctx: s3_context_q, steps: s3_steps}),
+      .in_tag_i   ('{ctx: s3_context_q, steps: s3_steps_q, at_limit: s3_at_limit, child_beyond: s3_child_beyond}),
       .out_valid_o(descend_valid),
       .out_ready_i(descend_take),
       .out_data_o (descend_out),
@@ -211,7 +228,14 @@ module rt_lane #(
       .in_valid_i (backtrack_enter),
       .in_ready_o (backtrack_ready),
       .in_data_i  (backtrack_in),
-      .in_tag_i   ('{ctx: s3_context_q, steps: s3_steps, grandparent: s3_pair.parent}),
+      .in_tag_i   ('{
+          ctx: s3_context_q,
+          steps: s3_steps_q,
+          at_limit: s3_at_limit,
+          child_beyond: s3_child_beyond,
+          grandparent_beyond: s3_grandparent_beyond,
+          grandparent: s3_pair.parent
+      }),
       .out_valid_o(backtrack_valid),
       .out_ready_i(backtrack_take),
       .out_data_o (backtrack_out),
@@ -232,7 +256,7 @@ module rt_lane #(
     out_in.arrival.size       = s3_size;
     out_in.arrival.node       = s3_state_q.node;
     out_in.arrival.t          = s3_segment_q.t;
-    out_in.arrival.steps      = s3_steps;
+    out_in.arrival.steps      = s3_steps_q;
   end
   rt_fifo #(
       .Depth (OutDepth),
@@ -252,31 +276,54 @@ module rt_lane #(
   assign out_data_o    = out_data.arrival;
 
   // --- state: what a step leaves, the way up first; what a launch says, in a memory of its own ---
-  state_t   state_write;
-  context_t state_context;
-  logic     state_write_en;
+  state_t                   state_write;
+  context_t                 state_context;
+  logic                     state_write_en;
+  rt_contract_pkg::status_t backtrack_fault;
   assign backtrack_take = 1'b1;
   assign descend_take   = !backtrack_valid;
   assign state_write_en = backtrack_valid || descend_valid;
   always_comb begin
+    backtrack_fault = rt_core_pkg::EventGoOn;
+    if (backtrack_out.bad) backtrack_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadRecord);
+    else if (backtrack_out.finished) backtrack_fault = rt_core_pkg::EventFinish;
     state_context = descend_tag.ctx;
     state_write   = '{
             steps: descend_tag.steps,
-            fault: rt_core_pkg::EventGoOn,
+            event_code: event_of(rt_core_pkg::EventGoOn, descend_tag.at_limit, descend_tag.child_beyond),
+            pair: descend_out.node[23:1],
             up: 1'b0,
             parent: '0,
             node: descend_out.node
         };
     if (backtrack_valid) begin
-      state_context      = backtrack_tag.ctx;
-      state_write.steps  = backtrack_tag.steps;
-      state_write.node   = backtrack_out.node;
-      state_write.parent = backtrack_tag.grandparent;
-      state_write.up     = !backtrack_out.matched;
-      if (backtrack_out.bad) state_write.fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadRecord);
-      else if (backtrack_out.finished) state_write.fault = rt_core_pkg::EventFinish;
+      state_context = backtrack_tag.ctx;
+      state_write   = '{
+              steps: backtrack_tag.steps,
+              event_code: event_of(
+              backtrack_fault,
+              backtrack_tag.at_limit,
+              backtrack_out.matched ? backtrack_tag.child_beyond : backtrack_tag.grandparent_beyond
+              ),
+              pair: backtrack_out.matched ? backtrack_out.node[23:1] : backtrack_tag.grandparent[23:1],
+              up: !backtrack_out.matched,
+              parent: backtrack_tag.grandparent,
+              node: backtrack_out.node
+          };
     end
   end
+
+  rt_contract_pkg::pair_index_t launch_pair;
+  state_t                       launch_write;
+  assign launch_pair = launch_i.up ? launch_i.parent[23:1] : launch_i.node[23:1];
+  assign launch_write = '{
+          steps: launch_i.steps,
+          event_code: event_of(launch_i.fault, launch_i.steps >= view_i.step_limit, is_beyond(launch_pair, view_i.pair_count)),
+          pair: launch_pair,
+          up: launch_i.up,
+          parent: launch_i.parent,
+          node: launch_i.node
+      };
 
   rt_ram_sdp #(
       .Depth (Contexts),
@@ -299,13 +346,7 @@ module rt_lane #(
       .rst_ni,
       .write_en_i  (launch_valid_i),
       .write_addr_i(launch_context_i),
-      .write_data_i('{
-          steps: launch_i.steps,
-          fault: launch_i.fault,
-          up: launch_i.up,
-          parent: launch_i.parent,
-          node: launch_i.node
-      }),
+      .write_data_i(launch_write),
       .read_en_i   (s0_valid),
       .read_addr_i (s0_context),
       .read_data_o (s1_launched)
@@ -362,6 +403,7 @@ module rt_lane #(
     s3_here_q    <= s2_valid_q;
     s3_context_q <= s2_context_q;
     s3_state_q   <= s2_state_q;
+    s3_steps_q   <= s2_state_q.steps + 32'd1;
     s3_event_q   <= s2_event_q;
     s3_ray_q     <= s2_ray;
     s3_segment_q <= s2_segment;
