@@ -2,14 +2,15 @@
 //
 // Lookup      On each of Ports ports: req_* in clock c, answer in clock c + 2 (rsp_valid_o, rsp_hit_o, rsp_data_o). On a miss the waiter is
 //             noted with the miss register (MSHR) that fetches the line, or as waiting for any if there is no register or no way for the line.
-// Wake        wake_o has the waiters that shall look up again (one clock, registers and one comparison behind them); wake_error_o those of
-//             them whose line could not be read. Those that wait for any are woken in groups, a group for each free MSHR and RetryClocks (what a
-//             waiter needs to come back): woken all at once they would fail again, and their look-ups would keep others from theirs.
+// Wake        wake_* of each port: a stream of waiters that shall look up again, each with the word that its line could not be read
+//             (rt_waiters). Those that wait for any are woken while there are free MSHRs, RetryRate for each in RetryClocks (what a waiter needs to
+//             come back): woken all at once they would fail again, and their look-ups would keep others from theirs.
 // Pipeline    c: address of tags and data. c + 1: tags compared, the key compared with the MSHRs. c + 2: answer; who missed joins an MSHR, or (one
-//             of all ports) goes on, or tries again, at once if an MSHR is free. c + 3: the one that went on gets an MSHR, joins one or waits for
-//             any; the others are noted, those whose MSHR finishes just now try again. c + 4: so is the one that went on.
-//             A line is seen by its tag or by its MSHR at every moment; a lookup that reads tags while they are written tries again. Keys are compared once, in c + 1; from there the results travel along, and
-//             an MSHR that is taken meanwhile is put right by comparing with the one key that can take it.
+//             of all ports, every other clock) goes on, or tries again, at once if an MSHR is free. c + 3: the one that went on gets an MSHR or
+//             waits for any; the others are noted, those whose MSHR finishes just now try again.
+//             A line is seen by its tag or by its MSHR at every moment; a lookup that reads tags while they are written tries again. Keys are
+//             compared once, in c + 1; from there the results travel along, and an MSHR that is taken meanwhile is put right by comparing with the
+//             one key that can take it.
 // Progress    A line that was filled is kept by its MSHR until it has been hit once (fresh), so that those who asked for it get it before the
 //             next one takes its way. Where no other is free, a miss takes an MSHR that only keeps a line, but in the last quarter of every 2^LeaseBits
 //             clocks: in that time whoever is woken gets its line. As a waiter may have gone (an any-hit ray that is done), freshness ends then.
@@ -32,9 +33,10 @@ module rt_cache #(
     parameter int unsigned WordBits = 128,
     parameter int unsigned WordsPerLine = 4,
     parameter int unsigned Mshrs = 4,
-    parameter int unsigned Waiters = 32,
+    parameter int unsigned Waiters = 32,  // of each port
     parameter int unsigned LeaseBits = 10,
     parameter int unsigned RetryClocks = 12,
+    parameter int unsigned RetryRate = 4,
     localparam int unsigned WaiterBits = Waiters > 1 ? $clog2(Waiters) : 1,
     localparam int unsigned SelectBits = WordsPerLine > 1 ? $clog2(WordsPerLine) : 1
 ) (
@@ -49,8 +51,10 @@ module rt_cache #(
     output logic [Ports-1:0]                    rsp_valid_o,
     output logic [Ports-1:0]                    rsp_hit_o,
     output logic [Ports-1:0][WordBits-1:0]      rsp_data_o,
-    output logic [Waiters-1:0]                  wake_o,
-    output logic [Waiters-1:0]                  wake_error_o,
+    output logic [Ports-1:0]                    wake_valid_o,
+    input  logic [Ports-1:0]                    wake_ready_i,
+    output logic [Ports-1:0][WaiterBits-1:0]    wake_waiter_o,
+    output logic [Ports-1:0]                    wake_error_o,
     output logic                                fetch_valid_o,
     input  logic                                fetch_ready_i,
     output logic [KeyBits-1:0]                  fetch_key_o,
@@ -96,8 +100,12 @@ module rt_cache #(
   logic [BeatBits-1:0]  beat_q[Mshrs];
   logic [LeaseBits-1:0] lease_q;
   logic                 keep_q;  // the last quarter
-  mshrs_t               usable;
-  assign usable = ~active_q & ~(fresh_q & {Mshrs{keep_q}});
+  mshrs_t               usable, waiting[Ports], waited_for;
+  always_comb begin
+    waited_for = '0;
+    for (int unsigned p = 0; p < Ports; p++) waited_for |= waiting[p];
+  end
+  assign usable = ~active_q & ~waited_for & ~(fresh_q & {Mshrs{keep_q}});
 
   // The MSHR that the next miss takes, chosen a clock before; where there is one, one that keeps no line.
   logic  allocate, free_valid_q;
@@ -154,9 +162,12 @@ module rt_cache #(
   logic [Ports-1:0]           busy_q;                 // an MSHR fetched the line in c + 1, or its tags are not known
   mshrs_t                     set1[Ports], key1[Ports];      // MSHRs with the set, with the whole key
   mshrs_t                     set2_q[Ports], same2_q[Ports];
+  localparam int unsigned PortBits = Ports > 1 ? $clog2(Ports) : 1;
+  typedef logic [PortBits-1:0] port_t;
   logic                       on_valid, on_valid_q;
   key_t                       on_key, on_key_q;
   waiter_t                    on_waiter, on_waiter_q;
+  port_t                      on_port, on_port_q;
   for (genvar p = 0; p < int'(Ports); p++) begin : gen_lookup
     always_comb begin
       for (int unsigned m = 0; m < Mshrs; m++) begin
@@ -188,11 +199,12 @@ module rt_cache #(
     end
   end
 
-  // --- c + 2: the answer; who missed joins, tries again, or goes on ---
+  // --- c + 2: the answer; who missed joins, tries again, waits for any, or goes on ---
   logic [Ports-1:0] park, later, again, park3_q, later3_q, again3_q;
   mshr_t            joined[Ports], where3_q[Ports];
   waiter_t          waiter3_q[Ports];
-  mshrs_t           on_set, on_same, on_set_q, on_same_q;
+  mshrs_t           on_set, on_set_q;
+  logic             refused_q;  // the one that went on got no MSHR and is not yet noted
   always_comb begin
     for (int unsigned p = 0; p < Ports; p++) begin
       rsp_valid_o[p] = look2_q[p];
@@ -204,8 +216,8 @@ module rt_cache #(
     on_valid  = 1'b0;
     on_key    = key2_q[0];
     on_waiter = waiter2_q[0];
-    on_set    = '0;
-    on_same   = '0;
+    on_port   = '0;
+    on_set    = set2_q[0];
     park      = '0;
     later     = '0;
     again     = '0;
@@ -220,20 +232,16 @@ module rt_cache #(
           else park[p] = 1'b1;
         end else if (busy_q[p]) begin
           again[p] = 1'b1;
-        end else if (!on_valid) begin
+        end else if (!free_valid_q) begin
+          later[p] = 1'b1;
+        end else if (!on_valid && !on_valid_q && !refused_q) begin
           on_valid  = 1'b1;
           on_key    = key2_q[p];
           on_waiter = waiter2_q[p];
+          on_port   = port_t'(p);
           on_set    = set2_q[p];
-          on_same   = same2_q[p];
-          if (allocate) begin
-            on_set[free_q]  = on_key_q[SetBits-1:0] == key2_q[p][SetBits-1:0];
-            on_same[free_q] = on_key_q == key2_q[p];
-          end
-        end else if (free_valid_q) begin
-          again[p] = 1'b1;
         end else begin
-          later[p] = 1'b1;
+          again[p] = 1'b1;
         end
       end
     end
@@ -247,8 +255,8 @@ module rt_cache #(
     on_valid_q  <= on_valid;
     on_key_q    <= on_key;
     on_waiter_q <= on_waiter;
+    on_port_q   <= on_port;
     on_set_q    <= on_set;
-    on_same_q   <= on_same;
     if (!rst_ni) begin
       park3_q    <= '0;
       later3_q   <= '0;
@@ -258,98 +266,81 @@ module rt_cache #(
   end
 
   // --- c + 3: one miss finds its place ---
-  mshrs_t          on_line;
   logic [Ways-1:0] open;
-  mshr_t           on_joined, where4_q;
-  logic            victim, older, park4_q, later4_q, again4_q;
-  waiter_t         waiter4_q;
-  assign on_line = on_same_q & active_q;
+  logic            victim, older;
   always_comb begin
-    on_joined = '0;
-    for (int unsigned m = 0; m < Mshrs; m++) if (on_line[m]) on_joined |= mshr_t'(m);
     for (int unsigned w = 0; w < Ways; w++) open[w] = (on_set_q & (active_q | fresh_q) & (way_q ^ {Mshrs{w == 0}})) == '0;
     victim   = Ways == 2 && (open[0] && open[Ways-1] ? older : open[Ways-1]);
-    allocate = on_valid_q && on_line == '0 && free_valid_q && open != '0;
-  end
-  always_ff @(posedge clk_i) begin
-    again4_q  <= on_valid_q && done_q && on_line[done_mshr_q];
-    park4_q   <= allocate || (on_valid_q && on_line != '0 && !(done_q && on_line[done_mshr_q]));
-    later4_q  <= on_valid_q && on_line == '0 && !allocate;
-    where4_q  <= on_line != '0 ? on_joined : free_q;
-    waiter4_q <= on_waiter_q;
-    if (!rst_ni) begin
-      again4_q <= 1'b0;
-      park4_q  <= 1'b0;
-      later4_q <= 1'b0;
-    end
+    allocate = on_valid_q && free_valid_q && open != '0;
   end
   assign miss_o = allocate;
 
-  // --- who waits for what: a line (the number of its MSHR, a vector for each of its bits), or any ---
-  localparam int unsigned GroupWaiters = 8;
-  localparam int unsigned Groups = (Waiters + GroupWaiters - 1) / GroupWaiters;
-  localparam int unsigned GroupBits = Groups > 1 ? $clog2(Groups) : 1;
-  typedef logic [Groups*GroupWaiters-1:0] waiters_t;
-  waiters_t wait_line_q, wait_any_q, again_q, where_q[MshrBits];
-  waiters_t parks, laters, retries, where[MshrBits], wake_line, visited;
-  always_comb begin
-    parks   = '0;
-    laters  = '0;
-    retries = '0;
-    for (int unsigned b = 0; b < MshrBits; b++) where[b] = '0;
-    for (int unsigned p = 0; p <= Ports; p++) begin
-      logic    does_park, does_later, does_again;
-      waiter_t who;
-      mshr_t   on_what;
-      does_park  = p < Ports ? park3_q[p] : park4_q;
-      does_later = p < Ports ? later3_q[p] : later4_q;
-      does_again = p < Ports ? again3_q[p] : again4_q;
-      who        = p < Ports ? waiter3_q[p] : waiter4_q;
-      on_what    = p < Ports ? where3_q[p] : where4_q;
-      if (does_again || (does_park && done_q && on_what == done_mshr_q)) retries[who] = 1'b1;
-      else if (does_park) parks[who] = 1'b1;
-      if (does_later) laters[who] = 1'b1;
-      for (int unsigned b = 0; b < MshrBits; b++) if (does_park && on_what[b]) where[b][who] = 1'b1;
-    end
-    wake_line = done_q ? wait_line_q : '0;
-    for (int unsigned b = 0; b < MshrBits; b++) wake_line &= done_mshr_q[b] ? where_q[b] : ~where_q[b];
-  end
-
-  // Groups woken in the last RetryClocks clocks; one more may be woken while they are fewer than the free registers.
+  // --- who waits ---
   localparam int unsigned WokenBits = $clog2(RetryClocks + 1);
-  logic [GroupBits-1:0]    group_q;
-  logic [GroupWaiters-1:0] group_waits;
-  logic [RetryClocks-1:0]  woken_q;
-  logic [WokenBits-1:0]    woken_count_q;
-  logic [MshrBits:0]       free_count_q;
-  logic                    may_visit, visits;
-  assign may_visit   = 32'(free_count_q) > 32'(woken_count_q);
-  assign group_waits = wait_any_q[GroupWaiters*group_q+:GroupWaiters];
-  assign visits      = may_visit && group_waits != '0;
+  logic [Ports-1:0]       later_left, retry, retried;
+  logic [RetryClocks-1:0] woken_q;
+  logic [WokenBits-1:0]   woken_count_q;
+  logic [MshrBits:0]      free_count_q;
+  logic                   may_retry_q, refused_noted;
+  waiter_t                refused_waiter_q;
+  port_t                  refused_port_q, turn_q;
+  assign refused_noted = refused_q && !later3_q[refused_port_q];
   always_comb begin
-    visited = '0;
-    if (visits) visited[GroupWaiters*group_q+:GroupWaiters] = group_waits;
+    retry         = '0;
+    retry[turn_q] = may_retry_q && later_left[turn_q];
   end
   always_ff @(posedge clk_i) begin
-    if (may_visit) group_q <= group_q == GroupBits'(Groups - 1) ? '0 : group_q + 1'b1;
-    woken_q       <= RetryClocks'({woken_q, visits});
-    woken_count_q <= woken_count_q + WokenBits'(visits) - WokenBits'(woken_q[RetryClocks-1]);
+    if (on_valid_q && !allocate) begin
+      refused_q        <= 1'b1;
+      refused_waiter_q <= on_waiter_q;
+      refused_port_q   <= on_port_q;
+    end else if (refused_noted) begin
+      refused_q <= 1'b0;
+    end
+    turn_q        <= turn_q == port_t'(Ports - 1) ? '0 : turn_q + 1'b1;
+    woken_q       <= RetryClocks'({woken_q, retried != '0});
+    woken_count_q <= woken_count_q + WokenBits'(retried != '0) - WokenBits'(woken_q[RetryClocks-1]);
     free_count_q  <= (MshrBits + 1)'($countones(usable));
-    again_q       <= retries | visited;
-    wait_line_q   <= (wait_line_q & ~wake_line) | parks;
-    wait_any_q    <= (wait_any_q & ~visited) | laters;
-    for (int unsigned b = 0; b < MshrBits; b++) where_q[b] <= (where_q[b] & ~parks) | where[b];
+    may_retry_q   <= RetryRate * 32'(free_count_q) > 32'(woken_count_q) + 32'(retried != '0);
     if (!rst_ni) begin
-      group_q       <= '0;
+      refused_q     <= 1'b0;
+      turn_q        <= '0;
       woken_q       <= '0;
       woken_count_q <= '0;
-      again_q       <= '0;
-      wait_line_q   <= '0;
-      wait_any_q    <= '0;
+      may_retry_q   <= 1'b0;
     end
   end
-  assign wake_o       = Waiters'(wake_line | again_q);
-  assign wake_error_o = done_error_q ? Waiters'(wake_line) : '0;
+  for (genvar p = 0; p < int'(Ports); p++) begin : gen_waiters
+    logic finishes;  // the line that port p's waiter was to wait for
+    assign finishes = done_q && where3_q[p] == done_mshr_q;
+    rt_waiters #(
+        .Mshrs  (Mshrs),
+        .Waiters(Waiters)
+    ) u_waiters (
+        .clk_i,
+        .rst_ni,
+        .open_valid_i  (allocate && on_port_q == port_t'(p)),
+        .open_mshr_i   (free_q),
+        .open_waiter_i (on_waiter_q),
+        .park_valid_i  (park3_q[p] && !finishes),
+        .park_mshr_i   (where3_q[p]),
+        .park_waiter_i (waiter3_q[p]),
+        .again_valid_i (again3_q[p] || (park3_q[p] && finishes)),
+        .again_waiter_i(waiter3_q[p]),
+        .later_valid_i (later3_q[p] || (refused_noted && refused_port_q == port_t'(p))),
+        .later_waiter_i(later3_q[p] ? waiter3_q[p] : refused_waiter_q),
+        .later_o       (later_left[p]),
+        .retry_i       (retry[p]),
+        .retried_o     (retried[p]),
+        .ended_i       (~active_q),
+        .error_i       (error_q),
+        .waiting_o     (waiting[p]),
+        .wake_valid_o  (wake_valid_o[p]),
+        .wake_ready_i  (wake_ready_i[p]),
+        .wake_waiter_o (wake_waiter_o[p]),
+        .wake_error_o  (wake_error_o[p])
+    );
+  end
 
   mshrs_t hit_lines;  // those that were looked up
   always_comb begin

@@ -217,9 +217,9 @@ module rt_core #(
   logic [Lanes-1:0]                                        look_valid, look_answer, look_hit;
   logic [Lanes-1:0][NodeKeyBits-1:0]                       look_key;
   logic [Lanes-1:0][LineWordBits-1:0]                      look_word;
-  context_t [Lanes-1:0]                                    look_waiter;
+  logic [Lanes-1:0][LaneContextBits-1:0]                   look_waiter, node_wake_context;
   logic [Lanes-1:0][rt_contract_pkg::NodePairUsedBits-1:0] look_data;
-  logic [Contexts-1:0]                                     node_wake, node_wake_error;
+  logic [Lanes-1:0]                                        node_wake_valid, node_wake_ready, node_wake_error;
   function automatic context_t out_context_of(int unsigned lane, logic [LaneContextBits-1:0] lane_context);
     return context_t'(lane * Config.contexts_per_lane) | context_t'(lane_context);
   endfunction
@@ -228,7 +228,6 @@ module rt_core #(
     logic                               in_lane;
     logic [LaneContextBits-1:0]         out_context;
     rt_contract_pkg::pair_index_t       pair;
-    logic [LaneContextBits-1:0]         look_context;
     if (Lanes == 1) begin : gen_only
       assign in_lane = 1'b1;
     end else begin : gen_one_of
@@ -253,19 +252,20 @@ module rt_core #(
         .out_data_o      (out_arrival[l].arrival),
         .look_valid_o    (look_valid[l]),
         .look_pair_o     (pair),
-        .look_context_o  (look_context),
+        .look_context_o  (look_waiter[l]),
         .look_valid_i    (look_answer[l]),
         .look_hit_i      (look_hit[l]),
         .look_data_i     (look_data[l]),
-        .wake_i          (node_wake[l*Config.contexts_per_lane+:Config.contexts_per_lane]),
-        .wake_error_i    (node_wake_error[l*Config.contexts_per_lane+:Config.contexts_per_lane]),
+        .wake_valid_i    (node_wake_valid[l]),
+        .wake_ready_o    (node_wake_ready[l]),
+        .wake_context_i  (node_wake_context[l]),
+        .wake_error_i    (node_wake_error[l]),
         .events_o        (lane_events[l]),
         .down_o          (lane_down[l]),
         .up_o            (lane_up[l])
     );
     assign look_key[l]    = pair[rt_contract_pkg::PairIndexBits-1:LinePairBits];
     assign look_word[l]   = LinePairs > 1 ? pair[LineWordBits-1:0] : '0;
-    assign look_waiter[l] = out_context_of(l, look_context);
   end
 
   // --- node cache: one for all lanes, so that a line is fetched once ---
@@ -281,7 +281,7 @@ module rt_core #(
       .WordBits    (rt_contract_pkg::NodePairUsedBits),
       .WordsPerLine(LinePairs),
       .Mshrs       (Config.mshrs),
-      .Waiters     (Contexts)
+      .Waiters     (Config.contexts_per_lane)
   ) u_node_cache (
       .clk_i,
       .rst_ni,
@@ -294,7 +294,9 @@ module rt_core #(
       .rsp_valid_o  (look_answer),
       .rsp_hit_o    (look_hit),
       .rsp_data_o   (look_data),
-      .wake_o       (node_wake),
+      .wake_valid_o (node_wake_valid),
+      .wake_ready_i (node_wake_ready),
+      .wake_waiter_o(node_wake_context),
       .wake_error_o (node_wake_error),
       .fetch_valid_o(source_valid[rt_core_pkg::SourceNode]),
       .fetch_ready_i(source_ready[rt_core_pkg::SourceNode]),

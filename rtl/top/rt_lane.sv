@@ -1,9 +1,9 @@
 // Lane of traversal: one step down or up for one of its contexts in every clock.
 //
-// Purpose     A context belongs to one lane for the whole of its ray. Those that can go on have a bit in ready_q; each clock one of them is
-//             picked (round robin) and goes through
-//               P pick   S0 read state   S1 look up the node pair   S2 -   S3 cache answers; checks; enter rt_kd_descend / rt_kd_backtrack
-//             and gets its bit back when the stage's result has been written to its state. At a leaf, or when it ends, it leaves through out_*.
+// Purpose     A context belongs to one lane for the whole of its ray. Those that can go on stand in queues (rt_ready); each clock one of them
+//             leaves its queue and goes through
+//               S0 read state   S1 look up the node pair   S2 -   S3 cache answers; checks; enter rt_kd_descend / rt_kd_backtrack
+//             and is ready again when the stage's result has been written to its state. At a leaf, or when it ends, it leaves through out_*.
 // Node cache  One for all lanes, with a port for each (rt_core): a context that misses is parked there; the lane goes on with others.
 // Replay      Where S3 cannot pass its context on (the stage or the queue is full), the context just becomes ready again: nothing of it
 //             has changed. So nothing in the lane ever stalls.
@@ -39,8 +39,10 @@ module rt_lane #(
     input  logic                               look_valid_i,  // two clocks later
     input  logic                               look_hit_i,
     input  logic [127:0]                       look_data_i,
-    input  logic [Contexts-1:0]                wake_i,
-    input  logic [Contexts-1:0]                wake_error_i,
+    input  logic                               wake_valid_i,
+    output logic                               wake_ready_o,
+    input  logic [ContextBits-1:0]             wake_context_i,
+    input  logic                               wake_error_i,
     // Counters.
     output rt_core_pkg::unit_events_t          events_o,
     output logic                               down_o,
@@ -89,23 +91,33 @@ module rt_lane #(
   endfunction
 
   // --- who is ready ---
-  logic [Contexts-1:0] ready_q, ready_d, error_q, error_d, taken;
-  logic [Contexts-1:0] launched_q;  // no step since the launch
-  // S0: the choice.
-  logic [Contexts-1:0] s0_onehot;
-  logic                s0_valid;
-  context_t            s0_context;
+  localparam int unsigned Launches = 0;
+  localparam int unsigned Steps = 1;
+  localparam int unsigned Replays = 2;
+  localparam int unsigned Pushes = 3;
+  logic [Pushes-1:0]    push_valid, push_error;
+  context_t [Pushes-1:0] push_context;
+  logic                 s0_valid, s0_error;
+  context_t             s0_context;
+  logic [Contexts-1:0]  launched_q;  // no step since the launch
 
-  rt_pick #(
-      .Count(Contexts)
-  ) u_pick (
+  rt_ready #(
+      .Contexts(Contexts),
+      .Pushes  (Pushes),
+      .Wakes   (1)
+  ) u_ready (
       .clk_i,
       .rst_ni,
-      .pool_i  (ready_q),
-      .taken_o (taken),
-      .valid_o (s0_valid),
-      .onehot_o(s0_onehot),
-      .index_o (s0_context)
+      .push_valid_i  (push_valid),
+      .push_context_i(push_context),
+      .push_error_i  (push_error),
+      .wake_valid_i,
+      .wake_ready_o,
+      .wake_context_i,
+      .wake_error_i,
+      .valid_o       (s0_valid),
+      .context_o     (s0_context),
+      .error_o       (s0_error)
   );
 
   // --- S1: the state is there ---
@@ -379,21 +391,21 @@ module rt_lane #(
       .read_data_o (s2_ray)
   );
 
-  always_comb begin
-    ready_d = (ready_q & ~taken) | wake_i;
-    if (s3_replay) ready_d[s3_context_q] = 1'b1;
-    if (state_write_en) ready_d[state_context] = 1'b1;
-    if (launch_valid_i) ready_d[launch_context_i] = 1'b1;
-    error_d = (error_q | wake_error_i) & ~s0_onehot;
-  end
+  assign push_valid[Launches]   = launch_valid_i;
+  assign push_context[Launches] = launch_context_i;
+  assign push_error[Launches]   = 1'b0;
+  assign push_valid[Steps]      = state_write_en;
+  assign push_context[Steps]    = state_context;
+  assign push_error[Steps]      = 1'b0;
+  assign push_valid[Replays]    = s3_replay;
+  assign push_context[Replays]  = s3_context_q;
+  assign push_error[Replays]    = s3_event_q == rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
 
   always_ff @(posedge clk_i) begin
-    ready_q      <= ready_d;
-    error_q      <= error_d;
     s1_valid_q    <= s0_valid;
-    s1_error_q    <= (error_q & s0_onehot) != '0;
+    s1_error_q    <= s0_error;
     s1_context_q  <= s0_context;
-    s1_launched_q <= (launched_q & s0_onehot) != '0;
+    s1_launched_q <= launched_q[s0_context];
     if (state_write_en) launched_q[state_context] <= 1'b0;
     if (launch_valid_i) launched_q[launch_context_i] <= 1'b1;
     s2_valid_q   <= s1_valid_q;
@@ -408,8 +420,6 @@ module rt_lane #(
     s3_ray_q     <= s2_ray;
     s3_segment_q <= s2_segment;
     if (!rst_ni) begin
-      ready_q    <= '0;
-      error_q    <= '0;
       s1_valid_q <= 1'b0;
       s2_valid_q <= 1'b0;
       s3_here_q  <= 1'b0;
@@ -423,7 +433,5 @@ module rt_lane #(
   assign down_o           = descend_enter;
   assign up_o             = backtrack_enter;
 
-  `RT_ASSERT(NotReadyTwice, !state_write_en || !ready_q[state_context])
-  `RT_ASSERT(LaunchedOnce, !launch_valid_i || !ready_q[launch_context_i] && !(state_write_en && state_context == launch_context_i))
-  `RT_ASSERT(WakesNobodyTwice, (wake_i & ready_q) == '0)
+  `RT_ASSERT(LaunchedOnce, !launch_valid_i || !(state_write_en && state_context == launch_context_i))
 endmodule

@@ -1,10 +1,10 @@
 // Leaf unit: reads the record of the leaf a context has arrived at and computes where the ray leaves it.
 //
-// Purpose     One context a clock: P pick   P0 read arrival   P1 check, look up   P2 -   P3 cache answers; enter rt_leaf_exit. What comes out is
+// Purpose     One context a clock: P0 read arrival   P1 check, look up   P2 -   P3 cache answers; enter rt_leaf_exit. What comes out is
 //             kept as how the leaf is left (leave_*, for the result unit) and what is to be tested (references, iter_*). Leaves without
 //             references, and contexts that end here, go to the result unit at once (out_*).
 // Reads       As much of a record as its size code says; the code is part of the cache's key.
-// Misses      Parked in the cache and picked again. Replay as in rt_lane.
+// Misses      Parked in the cache and woken. Replay as in rt_lane.
 // Order       Of statuses as in hls/top/trace.cpp: index, kind, t_exit < t, count.
 // Counterpart arrive_at_leaf in hls/top/trace.cpp. Source: Lee 2007, section 3.
 `include "rt_assert.svh"
@@ -73,21 +73,31 @@ module rt_leaf_unit #(
     rt_contract_pkg::node_index_t [2:0] link;  // of the face the ray could leave through, by axis
   } tag_t;
 
-  logic [Contexts-1:0] ready_q, ready_d, error_q, error_d, wake, wake_error, taken;
-  // P0: the choice.
-  logic [Contexts-1:0] p0_onehot;
-  logic                p0_valid;
-  context_t            p0_context;
-  rt_pick #(
-      .Count(Contexts)
-  ) u_pick (
+  // --- who is ready ---
+  localparam int unsigned Arrivals = 0;
+  localparam int unsigned Replays = 1;
+  localparam int unsigned Pushes = 2;
+  logic [Pushes-1:0]     push_valid, push_error;
+  context_t [Pushes-1:0] push_context;
+  logic                  p0_valid, p0_error, wake_valid, wake_ready, wake_error;
+  context_t              p0_context, wake_context;
+  rt_ready #(
+      .Contexts(Contexts),
+      .Pushes  (Pushes),
+      .Wakes   (1)
+  ) u_ready (
       .clk_i,
       .rst_ni,
-      .pool_i  (ready_q),
-      .taken_o (taken),
-      .valid_o (p0_valid),
-      .onehot_o(p0_onehot),
-      .index_o (p0_context)
+      .push_valid_i  (push_valid),
+      .push_context_i(push_context),
+      .push_error_i  (push_error),
+      .wake_valid_i  (wake_valid),
+      .wake_ready_o  (wake_ready),
+      .wake_context_i(wake_context),
+      .wake_error_i  (wake_error),
+      .valid_o       (p0_valid),
+      .context_o     (p0_context),
+      .error_o       (p0_error)
   );
 
   // --- P1 ---
@@ -174,8 +184,10 @@ module rt_leaf_unit #(
       .rsp_valid_o (p3_look),
       .rsp_hit_o   (p3_hit),
       .rsp_data_o  (p3_leaf),
-      .wake_o      (wake),
-      .wake_error_o(wake_error),
+      .wake_valid_o (wake_valid),
+      .wake_ready_i (wake_ready),
+      .wake_waiter_o(wake_context),
+      .wake_error_o (wake_error),
       .fetch_valid_o,
       .fetch_ready_i,
       .fetch_key_o,
@@ -282,18 +294,16 @@ module rt_leaf_unit #(
   assign leave_valid_o   = exit_valid;
   assign leave_context_o = tag_out.ctx;
 
-  always_comb begin
-    ready_d = (ready_q & ~taken) | wake;
-    if (p3_replay) ready_d[p3_context_q] = 1'b1;
-    if (in_valid_i) ready_d[in_context_i] = 1'b1;
-    error_d = (error_q | wake_error) & ~p0_onehot;
-  end
+  assign push_valid[Arrivals]   = in_valid_i;
+  assign push_context[Arrivals] = in_context_i;
+  assign push_error[Arrivals]   = 1'b0;
+  assign push_valid[Replays]    = p3_replay;
+  assign push_context[Replays]  = p3_context_q;
+  assign push_error[Replays]    = p3_fault_q == rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
 
   always_ff @(posedge clk_i) begin
-    ready_q      <= ready_d;
-    error_q      <= error_d;
     p1_valid_q   <= p0_valid;
-    p1_error_q   <= (error_q & p0_onehot) != '0;
+    p1_error_q   <= p0_error;
     p1_context_q <= p0_context;
     p2_valid_q   <= p1_valid_q;
     p2_context_q <= p1_context_q;
@@ -305,8 +315,6 @@ module rt_leaf_unit #(
     p3_fault_q   <= p2_fault_q;
     p3_ray_q     <= p2_ray;
     if (!rst_ni) begin
-      ready_q    <= '0;
-      error_q    <= '0;
       p1_valid_q <= 1'b0;
       p2_valid_q <= 1'b0;
       p3_here_q  <= 1'b0;
@@ -318,8 +326,6 @@ module rt_leaf_unit #(
   assign events_o.starved = !p0_valid;
   assign leaf_o           = enter && p3_fault_q == rt_core_pkg::EventGoOn;
 
-  `RT_ASSERT(WakesNobodyTwice, (wake & ready_q) == '0)
-  `RT_ASSERT(ArrivesOnce, !in_valid_i || !ready_q[in_context_i])
   // The face belongs to the side the ray moves to, so the three links kept are enough.
   `RT_ASSERT(FaceIsOnExitSide, !exit_valid || !exit_out.exits || exit_out.face[0] == tag_out.upper[exit_out.face[2:1]])
 endmodule

@@ -1,11 +1,11 @@
-// Reference unit: sends the references of a leaf to the triangle test, one for each pick, in order.
+// Reference unit: sends the references of a leaf to the triangle test, one for each turn of a context, in order.
 //
-// Purpose     One context a clock: P pick   I0 read   I1 what is stored   I2 which reference; list look-up   I3 -   I4 list answers
+// Purpose     One context a clock: I0 read   I1 what is stored   I2 which reference; list look-up   I3 -   I4 list answers
 //             I5 checks, mailbox; triangle look-up   I6 -   I7 cache answers; enter rt_tri_test, note that the reference is done.
 //             A context with references left becomes ready again.
 // Order       The pipe of rt_tri_test keeps the order, so the last thing a context sends (its last test, or a bubble that carries why there
 //             is none) tells the result unit that all results are in. Tests of an any-hit ray that already has its hit are not sent.
-// Misses      Parked in the list or triangle cache and picked again; nothing is noted until I7 but the index, once it is known.
+// Misses      Parked in the list or triangle cache and woken; nothing is noted until I7 but the index, once it is known.
 // Statuses    As step_test in hls/top/trace.cpp orders them: step limit, list index, triangle index.
 // Mailbox     The last triangles tested for this ray; a reference to one of them counts as a step and is skipped.
 // Source      Amanatides & Woo 1987 (mailbox).
@@ -78,22 +78,37 @@ module rt_reference_unit #(
   } kept_t;
   kept_t references_kept;
 
-  logic [Contexts-1:0] ready_q, ready_d, first_q, first_d, error_q, error_d, taken;
-  logic [Contexts-1:0] list_wake, list_wake_error, triangle_wake, triangle_wake_error;
-  // I0: the choice.
-  logic [Contexts-1:0] i0_onehot;
-  logic                i0_valid;
-  context_t            i0_context;
-  rt_pick #(
-      .Count(Contexts)
-  ) u_pick (
+  // --- who is ready ---
+  localparam int unsigned Leaves = 0;
+  localparam int unsigned Rest = 1;  // replays, and contexts with references left
+  localparam int unsigned Pushes = 2;
+  localparam int unsigned FromList = 0;
+  localparam int unsigned FromTriangle = 1;
+  localparam int unsigned Wakes = 2;
+  logic [Pushes-1:0]     push_valid, push_error;
+  context_t [Pushes-1:0] push_context;
+  logic [Wakes-1:0]      wake_valid, wake_ready, wake_error;
+  context_t [Wakes-1:0]  wake_context;
+  logic [Contexts-1:0]   first_q;  // nothing of the leaf is done
+  logic                  i0_valid, i0_error;
+  context_t              i0_context;
+  rt_ready #(
+      .Contexts(Contexts),
+      .Pushes  (Pushes),
+      .Wakes   (Wakes)
+  ) u_ready (
       .clk_i,
       .rst_ni,
-      .pool_i  (ready_q),
-      .taken_o (taken),
-      .valid_o (i0_valid),
-      .onehot_o(i0_onehot),
-      .index_o (i0_context)
+      .push_valid_i  (push_valid),
+      .push_context_i(push_context),
+      .push_error_i  (push_error),
+      .wake_valid_i  (wake_valid),
+      .wake_ready_o  (wake_ready),
+      .wake_context_i(wake_context),
+      .wake_error_i  (wake_error),
+      .valid_o       (i0_valid),
+      .context_o     (i0_context),
+      .error_o       (i0_error)
   );
 
   // --- I1: what is stored ---
@@ -161,8 +176,10 @@ module rt_reference_unit #(
       .rsp_valid_o  (i4_list_look),
       .rsp_hit_o    (i4_list_hit),
       .rsp_data_o   (i4_list_word),
-      .wake_o       (list_wake),
-      .wake_error_o (list_wake_error),
+      .wake_valid_o (wake_valid[FromList]),
+      .wake_ready_i (wake_ready[FromList]),
+      .wake_waiter_o(wake_context[FromList]),
+      .wake_error_o (wake_error[FromList]),
       .fetch_valid_o(list_fetch_valid_o),
       .fetch_ready_i(list_fetch_ready_i),
       .fetch_key_o  (list_fetch_key_o),
@@ -233,8 +250,10 @@ module rt_reference_unit #(
       .rsp_valid_o  (i7_look),
       .rsp_hit_o    (i7_hit),
       .rsp_data_o   (i7_triangle),
-      .wake_o       (triangle_wake),
-      .wake_error_o (triangle_wake_error),
+      .wake_valid_o (wake_valid[FromTriangle]),
+      .wake_ready_i (wake_ready[FromTriangle]),
+      .wake_waiter_o(wake_context[FromTriangle]),
+      .wake_error_o (wake_error[FromTriangle]),
       .fetch_valid_o(triangle_fetch_valid_o),
       .fetch_ready_i(triangle_fetch_ready_i),
       .fetch_key_o  (triangle_fetch_key_o),
@@ -384,25 +403,21 @@ module rt_reference_unit #(
     assign i5_known = 1'b0;
   end
 
-  always_comb begin
-    ready_d = (ready_q & ~taken) | list_wake | triangle_wake;
-    if (i7_replay || (i7_done && !i7_last)) ready_d[i7_context_q] = 1'b1;
-    if (in_valid_i) ready_d[in_context_i] = 1'b1;
-    first_d = first_q;
-    if (i7_done) first_d[i7_context_q] = 1'b0;
-    if (in_valid_i) first_d[in_context_i] = 1'b1;
-    error_d = (error_q | list_wake_error | triangle_wake_error) & ~i0_onehot;
-  end
+  assign push_valid[Leaves]   = in_valid_i;
+  assign push_context[Leaves] = in_context_i;
+  assign push_error[Leaves]   = 1'b0;
+  assign push_valid[Rest]     = i7_replay || (i7_done && !i7_last);
+  assign push_context[Rest]   = i7_context_q;
+  assign push_error[Rest]     = i7_event_q == status_t'(rt_contract_pkg::StatusBusError);
 
   always_ff @(posedge clk_i) begin
-    ready_q        <= ready_d;
-    first_q        <= first_d;
-    error_q        <= error_d;
+    if (i7_done) first_q[i7_context_q] <= 1'b0;
+    if (in_valid_i) first_q[in_context_i] <= 1'b1;
     i1_valid_q       <= i0_valid;
     i1_context_q     <= i0_context;
-    i1_first_q       <= (first_q & i0_onehot) != '0;
-    i1_error_q       <= (error_q & i0_onehot) != '0;
-    i1_resolved_q    <= (resolved_q & i0_onehot) != '0;
+    i1_first_q       <= first_q[i0_context];
+    i1_error_q       <= i0_error;
+    i1_resolved_q    <= resolved_q[i0_context];
     i2_valid_q       <= i1_valid_q;
     i2_context_q     <= i1_context_q;
     i2_error_q       <= i1_error_q;
@@ -451,9 +466,6 @@ module rt_reference_unit #(
     i7_ray_q         <= i6_ray;
     if (ray_valid_i) any_q[ray_context_i] <= ray_i.any;
     if (!rst_ni) begin
-      ready_q    <= '0;
-      first_q    <= '0;
-      error_q    <= '0;
       i1_valid_q <= 1'b0;
       i2_valid_q <= 1'b0;
       i3_valid_q <= 1'b0;
@@ -469,6 +481,4 @@ module rt_reference_unit #(
   assign events_o.starved = !i0_valid;
   assign list_hit_o       = i4_list_look && i4_list_hit;
   assign skipped_o        = i7_done && i7_known_q;
-
-  `RT_ASSERT(WakesNobodyTwice, ((list_wake | triangle_wake) & ready_q) == '0)
 endmodule
