@@ -68,7 +68,7 @@ def yosys(passes, what):
 def source_key(top, config):
     """Changes when anything does that the netlist depends on."""
     digest = hashlib.sha256(("%s %s %s" % (top, config, bitstream.importlib_version("pyosys"))).encode())
-    files = [os.path.join(ROOT, "scripts/bitstream")]
+    files = [os.path.join(ROOT, "scripts/bitstream"), os.path.join(ROOT, "scripts/synthesis.py")]
     for folder, _, names in os.walk(os.path.join(ROOT, "rtl")):
         files += [os.path.join(folder, name) for name in names if name.endswith((".sv", ".svh", ".v"))]
     for path in sorted(files):

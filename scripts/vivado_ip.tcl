@@ -5,7 +5,7 @@ set root [file normalize [file join [file dirname [info script]] ..]]
 set output [expr {[llength $argv] > 0 ? [lindex $argv 0] : "retrace_ip"}]
 set config [expr {[llength $argv] > 1 ? [lindex $argv 1] : "ConfigEcp5"}]
 # Width of the data bus and lanes: the IP catalog shows them, and the wrapper has to agree with the package.
-array set data_bits {ConfigSmall 64 ConfigEcp5 64 ConfigEcp5x128 128 ConfigWide 128}
+array set data_bits {ConfigSmall 64 ConfigEcp5 64 ConfigEcp5l1 64 ConfigEcp5l2 64 ConfigEcp5l6 64 ConfigEcp5x128 128 ConfigWide 128}
 if {![info exists data_bits($config)]} {
   error "retrace: there is no configuration '$config'; there are: [lsort [array names data_bits]]"
 }

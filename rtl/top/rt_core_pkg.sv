@@ -1,7 +1,7 @@
 // Configurations of the core and the records that travel between its units.
 //
 // Purpose     One place for what a build may choose. rt_top takes one of the named configurations; every width below follows from it.
-// Rules       contexts_per_lane, lines and ways are powers of two; data_bits is 64 or 128; mshrs is 2 .. 8; lanes is 1 .. 8.
+// Rules       contexts_per_lane (16 or more), lines and ways are powers of two; data_bits is 64 or 128; mshrs is 2 .. 8; lanes is 1 .. 8.
 package rt_core_pkg;
 
   typedef struct packed {
@@ -26,7 +26,17 @@ package rt_core_pkg;
   localparam config_t ConfigEcp5 = '{
       lanes: 4, contexts_per_lane: 32, data_bits: 64, node_pairs: 2048, node_line_pairs: 1,
       leaf_lines: 1024, list_lines: 128, triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8};
-  // The same with a bus of 16 bytes. Now lanes are the limit, so a line is two pairs: fewer misses.
+  // The same with fewer lanes, and with six; then the block RAMs of the part hold half a node cache for each.
+  localparam config_t ConfigEcp5l1 = '{
+      lanes: 1, contexts_per_lane: 32, data_bits: 64, node_pairs: 2048, node_line_pairs: 1,
+      leaf_lines: 1024, list_lines: 128, triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8};
+  localparam config_t ConfigEcp5l2 = '{
+      lanes: 2, contexts_per_lane: 32, data_bits: 64, node_pairs: 2048, node_line_pairs: 1,
+      leaf_lines: 1024, list_lines: 128, triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8};
+  localparam config_t ConfigEcp5l6 = '{
+      lanes: 6, contexts_per_lane: 32, data_bits: 64, node_pairs: 1024, node_line_pairs: 1,
+      leaf_lines: 1024, list_lines: 128, triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8};
+  // Four lanes with a bus of 16 bytes. Now lanes are the limit, so a line is two pairs: fewer misses.
   localparam config_t ConfigEcp5x128 = '{
       lanes: 4, contexts_per_lane: 32, data_bits: 128, node_pairs: 2048, node_line_pairs: 2,
       leaf_lines: 1024, list_lines: 128, triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8};

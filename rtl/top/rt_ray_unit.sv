@@ -259,19 +259,20 @@ module rt_ray_unit #(
   );
 
   // --- a free context, before a ray needs it: one that no ray has had yet, then those that were freed, in that order ---
-  logic [ContextBits-1:0] next_context_q, freed_context, new_context;
-  logic                   next_valid_q, launch, freed_valid, freed_take, freed_room, new_left;
-  logic [ContextBits:0]   used_q, new_q;  // new_q: contexts that have had a ray
-  logic [ContextBits:0]   freed_usage_unused;
-
-  // New ones in turns of BlockRays for each lane.
-  assign new_left = new_q != (ContextBits + 1)'(Contexts);
-  if (Config.lanes > 1) begin : gen_turns
-    assign new_context = {new_q[BlockBits+:LaneBits], new_q[ContextBits-1:BlockBits+LaneBits], new_q[BlockBits-1:0]};
-  end else begin : gen_one_lane
-    assign new_context = new_q[ContextBits-1:0];
-  end
-  assign freed_take = !next_valid_q && !new_left && freed_valid;
+  localparam int unsigned LaneContextBits = $clog2(Config.contexts_per_lane);
+  logic [ContextBits-1:0]              next_context_q, freed_context;
+  logic                                next_valid_q, launch, freed_valid, freed_take, freed_room, new_left_q;
+  logic [ContextBits:0]                used_q;
+  logic [$clog2(Contexts+1)-1:0]       freed_usage_unused;
+  // The next context that has had no ray: BlockRays of a lane, then as many of the next lane.
+  logic [BlockBits-1:0]                new_in_block_q;
+  logic [LaneBits-1:0]                 new_lane_q;
+  logic [LaneContextBits-1:BlockBits]  new_block_q;
+  logic                                new_taken, new_block_ends, new_turn_ends;
+  assign new_taken      = !next_valid_q && new_left_q;
+  assign new_block_ends = new_taken && new_in_block_q == '1;
+  assign new_turn_ends  = new_block_ends && new_lane_q == LaneBits'(Config.lanes - 1);
+  assign freed_take = !next_valid_q && !new_left_q && freed_valid;
   rt_fifo #(
       .Depth (Contexts),
       .data_t(logic [ContextBits-1:0])
@@ -293,14 +294,22 @@ module rt_ray_unit #(
     used_q <= used_q + (ContextBits + 1)'(launch) - (ContextBits + 1)'(free_valid_i);
     if (launch) next_valid_q <= 1'b0;
     if (!next_valid_q) begin
-      next_valid_q   <= new_left || freed_valid;
-      next_context_q <= new_left ? new_context : freed_context;
-      if (new_left) new_q <= new_q + 1'b1;
+      next_valid_q   <= new_left_q || freed_valid;
+      next_context_q <= new_left_q ? ContextBits'({new_lane_q, new_block_q, new_in_block_q}) : freed_context;
+    end
+    if (new_taken) new_in_block_q <= new_in_block_q + 1'b1;
+    if (new_block_ends) new_lane_q <= new_turn_ends ? '0 : new_lane_q + 1'b1;
+    if (new_turn_ends) begin
+      new_block_q <= new_block_q + 1'b1;
+      new_left_q  <= new_block_q != '1;
     end
     if (!rst_ni) begin
-      used_q       <= '0;
-      new_q        <= '0;
-      next_valid_q <= 1'b0;
+      used_q         <= '0;
+      new_in_block_q <= '0;
+      new_lane_q     <= '0;
+      new_block_q    <= '0;
+      new_left_q     <= 1'b1;
+      next_valid_q   <= 1'b0;
     end
   end
   assign used_o = used_q;
