@@ -70,6 +70,8 @@ TEST_F(NetlistCells, BlockRamsReadAndWriteWords) {
   std::array<std::uint32_t, kWords> wide = start_, narrow = start_;
   std::uint64_t wide_out = 0;
   std::uint32_t narrow_a_out = 0, narrow_b_out = 0;
+  std::uint64_t wide_late = 0;  // with output registers: the outputs of the clock before
+  std::uint32_t narrow_b_late = 0;
   int collisions = 0, writes = 0;
   for (int clock = 0; clock < 50000; ++clock) {
     const bool a_enable = random_.below(4) != 0, a_write = random_.below(3) != 0, b_enable = random_.below(4) != 0;
@@ -87,6 +89,8 @@ TEST_F(NetlistCells, BlockRamsReadAndWriteWords) {
     bench_->data_i = data;
     bench_.step();
 
+    wide_late = wide_out;
+    narrow_b_late = narrow_b_out;
     const bool write = a_enable && a_write;
     const unsigned low_a = word_a & ~1u, low_b = word_b & ~1u;
     if (b_enable) {
@@ -107,6 +111,8 @@ TEST_F(NetlistCells, BlockRamsReadAndWriteWords) {
     ASSERT_EQ(bench_->wide_o, wide_out) << "clock " << clock << ", seed " << seed_;
     ASSERT_EQ(bench_->narrow_a_o, narrow_a_out) << "clock " << clock << ", seed " << seed_;
     ASSERT_EQ(bench_->narrow_b_o, narrow_b_out) << "clock " << clock << ", seed " << seed_;
+    ASSERT_EQ(bench_->wide_late_o, wide_late) << "clock " << clock << ", seed " << seed_;
+    ASSERT_EQ(bench_->narrow_b_late_o, narrow_b_late) << "clock " << clock << ", seed " << seed_;
   }
   EXPECT_GT(collisions, 100);
   EXPECT_GT(writes, 10000);

@@ -4,7 +4,8 @@
 //             reads when CEB: word ADB[13:5] to {DOB, DOA}.
 // 18 / 18     True dual port, 1024 words of 18 bits. Port A takes part when CEA: word ADA[13:4]; with WEA it writes the bytes ADA[1:0] and, as
 //             READBEFOREWRITE says, shows the word as it was. B reads when CEB: word ADB[13:4] to DOB.
-// Latency     1 clock from the edge that sees the enable; outputs stay until the next one, as without output registers.
+// Latency     1 clock from the edge that sees the enable; outputs stay until the next one. With REGMODE_B OUTREG (and REGMODE_A at 36 bits, where
+//             the halves are those of the two ports) a register behind them takes them in every clock: one clock more.
 // Collision   The word that A writes and B reads in the same clock is undefined: B gets the complement of the new word, which no test overlooks.
 // Contents    INITVAL_00 .. INITVAL_3F: 16 words of 18 bits each, 20 bits apart. Outputs start at 0.
 // Modes       Any other mode is an error: parameters at elaboration; resets, chip selects, B writing and two clocks in simulation.
@@ -73,15 +74,16 @@ module DP16KD #(
   if (!Wide && WRITEMODE_A != "READBEFOREWRITE") begin : gen_no_write_mode
     $error("DP16KD: only WRITEMODE_A READBEFOREWRITE is modelled at 18 bits");
   end
-  if (REGMODE_A != "NOREG" || REGMODE_B != "NOREG") begin : gen_no_register
-    $error("DP16KD: output registers are not modelled");
+  localparam bit Late = REGMODE_B == "OUTREG";
+  if (REGMODE_A != (Wide && Late ? "OUTREG" : "NOREG") || (REGMODE_B != "NOREG" && !Late)) begin : gen_no_register
+    $error("DP16KD: only output registers of port B are modelled, and at 36 bits those of both");
   end
   if (CSDECODE_A != "0b000" || CSDECODE_B != "0b000" || CLKAMUX != "CLKA" || CLKBMUX != "CLKB" || INIT_DATA != "STATIC") begin : gen_no_mux
     $error("DP16KD: chip select decoding, inverted clocks and INIT_DATA are not modelled");
   end
 
   logic [HalfBits-1:0] mem_q[Words];
-  logic [HalfBits-1:0] doa_q, dob_q;
+  logic [HalfBits-1:0] doa_q, dob_q, doa_late_q, dob_late_q;
   logic [2*HalfBits-1:0] data, mask;
   logic [8:0] pair_a, pair_b;
   logic write, read, collision;
@@ -120,14 +122,20 @@ module DP16KD #(
     end
   end
 
-  assign {DOA17, DOA16, DOA15, DOA14, DOA13, DOA12, DOA11, DOA10, DOA9, DOA8, DOA7, DOA6, DOA5, DOA4, DOA3, DOA2, DOA1, DOA0} = doa_q;
-  assign {DOB17, DOB16, DOB15, DOB14, DOB13, DOB12, DOB11, DOB10, DOB9, DOB8, DOB7, DOB6, DOB5, DOB4, DOB3, DOB2, DOB1, DOB0} = dob_q;
+  always_ff @(posedge CLKB) begin
+    doa_late_q <= doa_q;
+    dob_late_q <= dob_q;
+  end
+  assign {DOA17, DOA16, DOA15, DOA14, DOA13, DOA12, DOA11, DOA10, DOA9, DOA8, DOA7, DOA6, DOA5, DOA4, DOA3, DOA2, DOA1, DOA0} =
+      Wide && Late ? doa_late_q : doa_q;
+  assign {DOB17, DOB16, DOB15, DOB14, DOB13, DOB12, DOB11, DOB10, DOB9, DOB8, DOB7, DOB6, DOB5, DOB4, DOB3, DOB2, DOB1, DOB0} =
+      Late ? dob_late_q : dob_q;
 
   always_ff @(posedge CLKA) begin
     if (WEB) $error("DP16KD: port B writing is not modelled");
     if (RSTA || RSTB) $error("DP16KD: resets are not modelled");
     if (CSA2 || CSA1 || CSA0 || CSB2 || CSB1 || CSB0) $error("DP16KD: chip selects are not modelled");
-    if (!OCEB || (!Wide && !OCEA)) $error("DP16KD: OCE has no meaning without output registers; 0 is not modelled");
+    if (!OCEB || ((!Wide || Late) && !OCEA)) $error("DP16KD: OCE has no meaning without output registers; 0 is not modelled");
     if (!CLKB) $error("DP16KD: two clocks are not modelled");
   end
 endmodule
