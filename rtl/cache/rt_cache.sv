@@ -1,16 +1,17 @@
-// Read-only cache that never makes its users wait: a lookup hits two clocks later, or its waiter is parked and woken later.
+// Read-only cache that never makes its users wait: a lookup hits three clocks later, or its waiter is parked and woken later.
 //
-// Lookup      On each of Ports ports: req_* in clock c, answer in clock c + 2 (rsp_valid_o, rsp_hit_o, rsp_data_o). On a miss the waiter is
+// Lookup      On each of Ports ports: req_* in clock c, answer in clock c + 3 (rsp_valid_o, rsp_hit_o, rsp_data_o). On a miss the waiter is
 //             noted with the miss register (MSHR) that fetches the line, or as waiting for any if there is no register or no way for the line.
 // Wake        wake_* of each port: a stream of waiters that shall look up again, each with the word that its line could not be read
 //             (rt_waiters). Those that wait for any are woken while there are free MSHRs, RetryRate for each in RetryClocks (what a waiter needs to
 //             come back): woken all at once they would fail again, and their look-ups would keep others from theirs.
-// Pipeline    c: address of tags and data. c + 1: tags compared, the key compared with the MSHRs. c + 2: answer; who missed joins an MSHR, or (one
-//             of all ports, every other clock) goes on, or tries again, at once if an MSHR is free. c + 3: the one that went on gets an MSHR or
-//             waits for any; the others are noted, those whose MSHR finishes just now try again.
-//             A line is seen by its tag or by its MSHR at every moment; a lookup that reads tags while they are written tries again. Keys are
-//             compared once, in c + 1; from there the results travel along, and an MSHR that is taken meanwhile is put right by comparing with the
-//             one key that can take it.
+// Pipeline    c: address of tags and data. c + 1: the key compared with the MSHRs. c + 2: tags and data stand in the output registers of their RAMs;
+//             tags compared. c + 3: answer; who missed joins an MSHR, or (one of all ports, every other clock) goes on, or tries again, at once
+//             if an MSHR is free. c + 4: the one that went on gets an MSHR or waits for any; the others are noted, those whose MSHR finishes
+//             just now try again.
+//             A line is seen by its tag, as it was in c, or by its MSHR, as it was in c + 1: a lookup that reads tags while they are written
+//             tries again. Keys are compared once, in c + 1; from there the results travel along, and an MSHR that is taken meanwhile is put
+//             right by comparing with the one key that can take it.
 // Progress    A line that was filled is kept by its MSHR until it has been hit once (fresh), so that those who asked for it get it before the
 //             next one takes its way. Where no other is free, a miss takes an MSHR that only keeps a line, but in the last quarter of every 2^LeaseBits
 //             clocks: in that time whoever is woken gets its line. As a waiter may have gone (an any-hit ray that is done), freshness ends then.
@@ -21,7 +22,7 @@
 //             valid bit in RAM. The way to drop next is a RAM of one bit a set, written by a miss or by the hit of one port a clock: with
 //             several ports it is the least recently used way of those hits that were noted.
 // Misses      Mshrs in flight; a second miss on a line joins the first. One new miss a clock; a second one tries again.
-// Latency     Hit 2 clocks, one lookup a clock and port. Miss: the request is offered 3 clocks after the answer.
+// Latency     Hit 3 clocks, one lookup a clock and port. Miss: the request is offered 3 clocks after the answer.
 // Source      Kroft 1981 (miss registers).
 `include "rt_assert.svh"
 module rt_cache #(
@@ -150,20 +151,20 @@ module rt_cache #(
     if (!rst_ni) flushing_q <= 1'b0;
   end
 
-  // --- lookup: c + 1 ---
-  logic [Ports-1:0]           look1_q, look2_q;
-  key_t                       key1_q[Ports], key2_q[Ports];
-  waiter_t                    waiter1_q[Ports], waiter2_q[Ports];
-  tag_t                       tag_read [Ports][Ways];
-  logic [WordBits-1:0]        data_read[Ports][Ways];
-  logic [Ports-1:0][Ways-1:0] way_hit_q;
-  logic [WordBits-1:0]        data_q[Ports][Ways];
-  logic [Ports-1:0]           unsure1_q;              // the tags were written in the clock in which they were read
-  logic [Ports-1:0]           busy_q;                 // an MSHR fetched the line in c + 1, or its tags are not known
-  mshrs_t                     set1[Ports], key1[Ports];      // MSHRs with the set, with the whole key
-  mshrs_t                     set2_q[Ports], same2_q[Ports];
+  // --- lookup: c + 1, c + 2 ---
   localparam int unsigned PortBits = Ports > 1 ? $clog2(Ports) : 1;
   typedef logic [PortBits-1:0] port_t;
+  logic [Ports-1:0]           look1_q, look2_q, look3_q;
+  key_t                       key1_q[Ports], key2_q[Ports], key3_q[Ports];
+  waiter_t                    waiter1_q[Ports], waiter2_q[Ports], waiter3_q[Ports];
+  tag_t                       tag_read[Ports][Ways], tag_q[Ports][Ways];
+  logic [WordBits-1:0]        data_read[Ports][Ways], data2_q[Ports][Ways], data3_q[Ports][Ways];
+  logic [Ports-1:0][Ways-1:0] way_open2_q, way_hit_q;
+  logic [Ports-1:0]           unsure1_q;               // the tags were written in the clock in which they were read
+  logic [Ports-1:0]           busy2_q, busy3_q;        // an MSHR fetched the line in c + 1, or its tags are not known
+  logic [Ports-1:0]           unsure2_q;
+  mshrs_t                     set1[Ports], key1[Ports];      // MSHRs with the set, with the whole key
+  mshrs_t                     set2_q[Ports], same2_q[Ports], set3_q[Ports], same3_q[Ports];
   logic                       on_valid, on_valid_q;
   key_t                       on_key, on_key_q;
   waiter_t                    on_waiter, on_waiter_q;
@@ -178,68 +179,79 @@ module rt_cache #(
     always_ff @(posedge clk_i) begin
       look1_q[p]   <= req_valid_i[p] && rst_ni;
       look2_q[p]   <= look1_q[p] && rst_ni;
+      look3_q[p]   <= look2_q[p] && rst_ni;
       key1_q[p]    <= req_key_i[p];
       waiter1_q[p] <= req_waiter_i[p];
       key2_q[p]    <= key1_q[p];
       waiter2_q[p] <= waiter1_q[p];
+      key3_q[p]    <= key2_q[p];
+      waiter3_q[p] <= waiter2_q[p];
       unsure1_q[p] <= (done_q || flushing_q) && req_key_i[p][SetBits-1:0] == tag_set;
-      busy_q[p]    <= (key1[p] & active_q) != '0 || unsure1_q[p];
+      unsure2_q[p] <= unsure1_q[p];
+      busy2_q[p]   <= (key1[p] & active_q) != '0 || unsure1_q[p];
+      busy3_q[p]   <= busy2_q[p];
       set2_q[p]    <= set1[p];
       same2_q[p]   <= key1[p];
+      set3_q[p]    <= set2_q[p];
+      same3_q[p]   <= same2_q[p];
       if (allocate) begin
         set2_q[p][free_q]  <= on_key_q[SetBits-1:0] == key1_q[p][SetBits-1:0];
         same2_q[p][free_q] <= on_key_q == key1_q[p];
+        set3_q[p][free_q]  <= on_key_q[SetBits-1:0] == key2_q[p][SetBits-1:0];
+        same3_q[p][free_q] <= on_key_q == key2_q[p];
       end
       // The way that is being filled counts as invalid.
       for (int unsigned w = 0; w < Ways; w++) begin
-        way_hit_q[p][w] <= look1_q[p] && !unsure1_q[p] && tag_read[p][w].valid && tag_read[p][w].tag == key1_q[p][KeyBits-1:SetBits] &&
-                           (set1[p] & active_q & (way_q ^ {Mshrs{w == 0}})) == '0;
-        data_q[p][w]    <= data_read[p][w];
+        way_open2_q[p][w] <= (set1[p] & active_q & (way_q ^ {Mshrs{w == 0}})) == '0;
+        way_hit_q[p][w]   <= look2_q[p] && !unsure2_q[p] && way_open2_q[p][w] && tag_q[p][w].valid && tag_q[p][w].tag == key2_q[p][KeyBits-1:SetBits];
+        tag_q[p][w]       <= tag_read[p][w];
+        data2_q[p][w]     <= data_read[p][w];
+        data3_q[p][w]     <= data2_q[p][w];
       end
     end
   end
 
-  // --- c + 2: the answer; who missed joins, tries again, waits for any, or goes on ---
-  logic [Ports-1:0] park, later, again, park3_q, later3_q, again3_q;
-  mshr_t            joined[Ports], where3_q[Ports];
-  waiter_t          waiter3_q[Ports];
+  // --- c + 3: the answer; who missed joins, tries again, waits for any, or goes on ---
+  logic [Ports-1:0] park, later, again, park4_q, later4_q, again4_q;
+  mshr_t            joined[Ports], where4_q[Ports];
+  waiter_t          waiter4_q[Ports];
   mshrs_t           on_set, on_set_q;
   logic             refused_q;  // the one that went on got no MSHR and is not yet noted
   always_comb begin
     for (int unsigned p = 0; p < Ports; p++) begin
-      rsp_valid_o[p] = look2_q[p];
+      rsp_valid_o[p] = look3_q[p];
       rsp_hit_o[p]   = way_hit_q[p] != '0;
-      rsp_data_o[p]  = Ways == 2 && way_hit_q[p][Ways-1] ? data_q[p][Ways-1] : data_q[p][0];
+      rsp_data_o[p]  = Ways == 2 && way_hit_q[p][Ways-1] ? data3_q[p][Ways-1] : data3_q[p][0];
     end
   end
   always_comb begin
     on_valid  = 1'b0;
-    on_key    = key2_q[0];
-    on_waiter = waiter2_q[0];
+    on_key    = key3_q[0];
+    on_waiter = waiter3_q[0];
     on_port   = '0;
-    on_set    = set2_q[0];
+    on_set    = set3_q[0];
     park      = '0;
     later     = '0;
     again     = '0;
     for (int unsigned p = 0; p < Ports; p++) begin
       mshrs_t line;
-      line      = same2_q[p] & active_q;
+      line      = same3_q[p] & active_q;
       joined[p] = '0;
       for (int unsigned m = 0; m < Mshrs; m++) if (line[m]) joined[p] |= mshr_t'(m);
-      if (look2_q[p] && way_hit_q[p] == '0) begin
+      if (look3_q[p] && way_hit_q[p] == '0) begin
         if (line != '0) begin
           if (done_q && line[done_mshr_q]) again[p] = 1'b1;
           else park[p] = 1'b1;
-        end else if (busy_q[p]) begin
+        end else if (busy3_q[p]) begin
           again[p] = 1'b1;
         end else if (!free_valid_q) begin
           later[p] = 1'b1;
         end else if (!on_valid && !on_valid_q && !refused_q) begin
           on_valid  = 1'b1;
-          on_key    = key2_q[p];
-          on_waiter = waiter2_q[p];
+          on_key    = key3_q[p];
+          on_waiter = waiter3_q[p];
           on_port   = port_t'(p);
-          on_set    = set2_q[p];
+          on_set    = set3_q[p];
         end else begin
           again[p] = 1'b1;
         end
@@ -247,25 +259,25 @@ module rt_cache #(
     end
   end
   always_ff @(posedge clk_i) begin
-    park3_q     <= park;
-    later3_q    <= later;
-    again3_q    <= again;
-    where3_q    <= joined;
-    waiter3_q   <= waiter2_q;
+    park4_q     <= park;
+    later4_q    <= later;
+    again4_q    <= again;
+    where4_q    <= joined;
+    waiter4_q   <= waiter3_q;
     on_valid_q  <= on_valid;
     on_key_q    <= on_key;
     on_waiter_q <= on_waiter;
     on_port_q   <= on_port;
     on_set_q    <= on_set;
     if (!rst_ni) begin
-      park3_q    <= '0;
-      later3_q   <= '0;
-      again3_q   <= '0;
+      park4_q    <= '0;
+      later4_q   <= '0;
+      again4_q   <= '0;
       on_valid_q <= 1'b0;
     end
   end
 
-  // --- c + 3: one miss finds its place ---
+  // --- c + 4: one miss finds its place ---
   logic [Ways-1:0] open;
   logic            victim, older;
   always_comb begin
@@ -284,7 +296,7 @@ module rt_cache #(
   logic                   may_retry_q, refused_noted;
   waiter_t                refused_waiter_q;
   port_t                  refused_port_q, turn_q;
-  assign refused_noted = refused_q && !later3_q[refused_port_q];
+  assign refused_noted = refused_q && !later4_q[refused_port_q];
   always_comb begin
     retry         = '0;
     retry[turn_q] = may_retry_q && later_left[turn_q];
@@ -312,7 +324,7 @@ module rt_cache #(
   end
   for (genvar p = 0; p < int'(Ports); p++) begin : gen_waiters
     logic finishes;  // the line that port p's waiter was to wait for
-    assign finishes = done_q && where3_q[p] == done_mshr_q;
+    assign finishes = done_q && where4_q[p] == done_mshr_q;
     rt_waiters #(
         .Mshrs  (Mshrs),
         .Waiters(Waiters)
@@ -322,13 +334,13 @@ module rt_cache #(
         .open_valid_i  (allocate && on_port_q == port_t'(p)),
         .open_mshr_i   (free_q),
         .open_waiter_i (on_waiter_q),
-        .park_valid_i  (park3_q[p] && !finishes),
-        .park_mshr_i   (where3_q[p]),
-        .park_waiter_i (waiter3_q[p]),
-        .again_valid_i (again3_q[p] || (park3_q[p] && finishes)),
-        .again_waiter_i(waiter3_q[p]),
-        .later_valid_i (later3_q[p] || (refused_noted && refused_port_q == port_t'(p))),
-        .later_waiter_i(later3_q[p] ? waiter3_q[p] : refused_waiter_q),
+        .park_valid_i  (park4_q[p] && !finishes),
+        .park_mshr_i   (where4_q[p]),
+        .park_waiter_i (waiter4_q[p]),
+        .again_valid_i (again4_q[p] || (park4_q[p] && finishes)),
+        .again_waiter_i(waiter4_q[p]),
+        .later_valid_i (later4_q[p] || (refused_noted && refused_port_q == port_t'(p))),
+        .later_waiter_i(later4_q[p] ? waiter4_q[p] : refused_waiter_q),
         .later_o       (later_left[p]),
         .retry_i       (retry[p]),
         .retried_o     (retried[p]),
@@ -345,7 +357,7 @@ module rt_cache #(
   mshrs_t hit_lines;  // those that were looked up
   always_comb begin
     hit_lines = '0;
-    for (int unsigned p = 0; p < Ports; p++) if (look2_q[p]) hit_lines |= same2_q[p];
+    for (int unsigned p = 0; p < Ports; p++) if (look3_q[p]) hit_lines |= same3_q[p];
   end
   always_ff @(posedge clk_i) begin
     lease_q <= lease_q + 1'b1;
@@ -464,7 +476,7 @@ module rt_cache #(
         for (int unsigned p = 0; p < Ports; p++) begin
           if (way_hit_q[p] != '0) begin
             used_write = 1'b1;
-            used_set   = key2_q[p][SetBits-1:0];
+            used_set   = key3_q[p][SetBits-1:0];
             used_way   = way_hit_q[p][Ways-1];
           end
         end
@@ -490,6 +502,6 @@ module rt_cache #(
 
   `RT_ASSERT(FillIsExpected, !fill_valid_i || active_q[fill_mshr])
   `RT_ASSERT(FillHasItsLength, !fill_valid_i || fill_last_i || fill_beat != BeatBits'(FillBeats - 1))
-  `RT_ASSERT(OneWay, !look2_q[0] || $onehot0(way_hit_q[0]))
-  `RT_ASSERT(FlushWhenIdle, !flushing_o || (active_q == '0 && look1_q == '0 && look2_q == '0))
+  `RT_ASSERT(OneWay, !look3_q[0] || $onehot0(way_hit_q[0]))
+  `RT_ASSERT(FlushWhenIdle, !flushing_o || (active_q == '0 && look1_q == '0 && look2_q == '0 && look3_q == '0))
 endmodule

@@ -2,14 +2,14 @@
 //
 // Purpose     A context belongs to one lane for the whole of its ray. Those that can go on stand in queues (rt_ready); each clock one of them
 //             leaves its queue and goes through
-//               S0 read state   S1 look up the node pair   S2 -   S3 cache answers; checks; enter rt_kd_descend / rt_kd_backtrack
+//               S0 read state   S1 look up the node pair   S2, S3 -   S4 cache answers; checks; enter rt_kd_descend / rt_kd_backtrack
 //             and is ready again when the stage's result has been written to its state. At a leaf, or when it ends, it leaves through out_*.
 // Node cache  One for all lanes, with a port for each (rt_core): a context that misses is parked there; the lane goes on with others.
-// Replay      Where S3 cannot pass its context on (the stage or the queue is full), the context just becomes ready again: nothing of it
+// Replay      Where S4 cannot pass its context on (the stage or the queue is full), the context just becomes ready again: nothing of it
 //             has changed. So nothing in the lane ever stalls.
 // Launch      launch_* puts a context into a state and makes it ready: a new ray, or a return from its leaf. Always accepted.
 // Statuses    As hls/top/trace.cpp orders them: step limit, then index, then what was read. A context's limit and index are checked before its
-//             state is written, so that nothing but the look-up stands behind the block RAM, which answers late.
+//             state is written, so that nothing but the look-up stands behind reading it.
 // Counterpart step_down, step_up in hls/top/trace.cpp. Source: Lee 2007, section 3.
 `include "rt_assert.svh"
 module rt_lane #(
@@ -36,7 +36,7 @@ module rt_lane #(
     output logic                               look_valid_o,
     output rt_contract_pkg::pair_index_t       look_pair_o,
     output logic [ContextBits-1:0]             look_context_o,
-    input  logic                               look_valid_i,  // two clocks later
+    input  logic                               look_valid_i,  // three clocks later
     input  logic                               look_hit_i,
     input  logic [127:0]                       look_data_i,
     input  logic                               wake_valid_i,
@@ -123,62 +123,61 @@ module rt_lane #(
   // --- S1: the state is there ---
   logic                        s1_valid_q, s1_error_q;
   context_t                    s1_context_q;
-  state_t                      s1_state, s1_stepped, s1_launched;
-  logic                        s1_launched_q;
+  state_t                      s0_stepped, s0_launched, s1_state_q;
   rt_contract_pkg::status_t    s1_event;
   logic                        s1_look;
 
   // Whoever had a look-up that met an error was going on before it.
   always_comb begin
-    s1_event = s1_state.event_code;
-    if (s1_error_q && s1_state.event_code == rt_core_pkg::EventGoOn) s1_event = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
+    s1_event = s1_state_q.event_code;
+    if (s1_error_q && s1_state_q.event_code == rt_core_pkg::EventGoOn) s1_event = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
   end
   assign s1_look = s1_valid_q && s1_event == rt_core_pkg::EventGoOn;
 
-  // --- S2: ray and segment are there ---
-  logic                     s2_valid_q;
-  context_t                 s2_context_q;
-  state_t                   s2_state_q;
-  rt_contract_pkg::status_t s2_event_q;
-  rt_core_pkg::walk_ray_t   s2_ray;
-  segment_t                 s2_segment;
+  // --- S2, S3: on the way; ray and segment are there in S3 ---
+  logic                     s2_valid_q, s3_valid_q;
+  context_t                 s2_context_q, s3_context_q;
+  state_t                   s2_state_q, s3_state_q;
+  rt_contract_pkg::status_t s2_event_q, s3_event_q;
+  rt_core_pkg::walk_ray_t   s3_ray;
+  segment_t                 s3_segment;
 
   assign look_valid_o   = s1_look;
-  assign look_pair_o    = s1_state.pair;
+  assign look_pair_o    = s1_state_q.pair;
   assign look_context_o = s1_context_q;
 
-  // --- S3: the cache answers; on to the stages ---
-  logic                              s3_here_q, s3_valid;
-  context_t                          s3_context_q;
-  state_t                            s3_state_q;
-  rt_contract_pkg::status_t          s3_event_q;
-  rt_contract_pkg::node_pair_record_t s3_pair;
-  rt_core_pkg::walk_ray_t            s3_ray_q;
-  segment_t                          s3_segment_q;
-  logic                              s3_right, s3_at_leaf, s3_out, s3_down, s3_up, s3_replay, out_ready;
-  rt_contract_pkg::position_t        s3_split;
-  rt_contract_pkg::axis_t            s3_axis;
-  rt_contract_pkg::pair_index_t      s3_child;
-  logic [31:0]                       s3_steps_q;  // with this one
-  rt_core_pkg::leaf_size_t           s3_size;
-  logic                              s3_at_limit, s3_child_beyond, s3_grandparent_beyond;
+  // --- S4: the cache answers; on to the stages ---
+  logic                              s4_here_q, s4_valid;
+  context_t                          s4_context_q;
+  state_t                            s4_state_q;
+  rt_contract_pkg::status_t          s4_event_q;
+  rt_contract_pkg::node_pair_record_t s4_pair;
+  rt_core_pkg::walk_ray_t            s4_ray_q;
+  segment_t                          s4_segment_q;
+  logic                              s4_right, s4_at_leaf, s4_out, s4_down, s4_up, s4_replay, out_ready;
+  rt_contract_pkg::position_t        s4_split;
+  rt_contract_pkg::axis_t            s4_axis;
+  rt_contract_pkg::pair_index_t      s4_child;
+  logic [31:0]                       s4_steps_q;  // with this one
+  rt_core_pkg::leaf_size_t           s4_size;
+  logic                              s4_at_limit, s4_child_beyond, s4_grandparent_beyond;
 
   // Without a look-up there is an event; after a miss the cache has the context.
-  assign s3_valid   = s3_here_q && (!look_valid_i || look_hit_i);
-  assign s3_pair    = look_data_i;
-  assign s3_right   = s3_state_q.up ? s3_state_q.parent[0] : s3_state_q.node[0];
-  assign s3_split   = s3_right ? s3_pair.right_split : s3_pair.left_split;
-  assign s3_axis    = s3_right ? s3_pair.right_axis : s3_pair.left_axis;
-  assign s3_child   = s3_right ? s3_pair.right_child : s3_pair.left_child;
-  assign s3_size    = unsigned'(s3_split) < rt_contract_pkg::PositionBits'(rt_contract_pkg::LeafLong) ?
-                        rt_core_pkg::leaf_size_t'(s3_split) : rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong);
-  assign s3_at_limit           = s3_steps_q >= view_i.step_limit;
-  assign s3_child_beyond       = is_beyond(s3_child, view_i.pair_count);
-  assign s3_grandparent_beyond = is_beyond(s3_pair.parent[23:1], view_i.pair_count);
-  assign s3_at_leaf = s3_axis == rt_contract_pkg::AxisLeaf;
-  assign s3_out     = s3_valid && (s3_event_q != rt_core_pkg::EventGoOn || (!s3_state_q.up && s3_at_leaf));
-  assign s3_up      = s3_valid && !s3_out && s3_state_q.up;
-  assign s3_down    = s3_valid && !s3_out && !s3_state_q.up;
+  assign s4_valid   = s4_here_q && (!look_valid_i || look_hit_i);
+  assign s4_pair    = look_data_i;
+  assign s4_right   = s4_state_q.up ? s4_state_q.parent[0] : s4_state_q.node[0];
+  assign s4_split   = s4_right ? s4_pair.right_split : s4_pair.left_split;
+  assign s4_axis    = s4_right ? s4_pair.right_axis : s4_pair.left_axis;
+  assign s4_child   = s4_right ? s4_pair.right_child : s4_pair.left_child;
+  assign s4_size    = unsigned'(s4_split) < rt_contract_pkg::PositionBits'(rt_contract_pkg::LeafLong) ?
+                        rt_core_pkg::leaf_size_t'(s4_split) : rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong);
+  assign s4_at_limit           = s4_steps_q >= view_i.step_limit;
+  assign s4_child_beyond       = is_beyond(s4_child, view_i.pair_count);
+  assign s4_grandparent_beyond = is_beyond(s4_pair.parent[23:1], view_i.pair_count);
+  assign s4_at_leaf = s4_axis == rt_contract_pkg::AxisLeaf;
+  assign s4_out     = s4_valid && (s4_event_q != rt_core_pkg::EventGoOn || (!s4_state_q.up && s4_at_leaf));
+  assign s4_up      = s4_valid && !s4_out && s4_state_q.up;
+  assign s4_down    = s4_valid && !s4_out && !s4_state_q.up;
 
   // Stages: entered only when they are ready, replayed otherwise.
   rt_contract_pkg::kd_descend_in_record_t   descend_in;
@@ -192,30 +191,30 @@ module rt_lane #(
 
   always_comb begin
     descend_in       = '0;
-    descend_in.split = s3_split;
-    descend_in.child = s3_child;
-    descend_in.t     = s3_segment_q.t;
+    descend_in.split = s4_split;
+    descend_in.child = s4_child;
+    descend_in.t     = s4_segment_q.t;
     for (int unsigned axis = 0; axis < 3; axis++) begin
-      if (s3_axis == 2'(axis)) begin
-        descend_in.origin     = s3_ray_q.origin[axis];
-        descend_in.reciprocal = s3_ray_q.reciprocal[axis];
-        descend_in.shift      = s3_ray_q.shift[axis];
-        descend_in.zero       = s3_ray_q.zero[axis];
-        descend_in.negative   = s3_ray_q.negative[axis];
+      if (s4_axis == 2'(axis)) begin
+        descend_in.origin     = s4_ray_q.origin[axis];
+        descend_in.reciprocal = s4_ray_q.reciprocal[axis];
+        descend_in.shift      = s4_ray_q.shift[axis];
+        descend_in.zero       = s4_ray_q.zero[axis];
+        descend_in.negative   = s4_ray_q.negative[axis];
       end
     end
     backtrack_in              = '0;
-    backtrack_in.face         = s3_segment_q.face;
-    backtrack_in.plane        = s3_segment_q.plane;
-    backtrack_in.node         = s3_state_q.node;
-    backtrack_in.parent       = s3_state_q.parent;
-    backtrack_in.parent_split = s3_split;
-    backtrack_in.parent_axis  = s3_axis;
-    backtrack_in.parent_child = s3_child;
+    backtrack_in.face         = s4_segment_q.face;
+    backtrack_in.plane        = s4_segment_q.plane;
+    backtrack_in.node         = s4_state_q.node;
+    backtrack_in.parent       = s4_state_q.parent;
+    backtrack_in.parent_split = s4_split;
+    backtrack_in.parent_axis  = s4_axis;
+    backtrack_in.parent_child = s4_child;
   end
-  assign descend_enter   = s3_down && descend_ready;
-  assign backtrack_enter = s3_up && backtrack_ready;
-  assign s3_replay = (s3_down && !descend_ready) || (s3_up && !backtrack_ready) || (s3_out && !out_ready);
+  assign descend_enter   = s4_down && descend_ready;
+  assign backtrack_enter = s4_up && backtrack_ready;
+  assign s4_replay = (s4_down && !descend_ready) || (s4_up && !backtrack_ready) || (s4_out && !out_ready);
 
   rt_kd_descend #(
       .tag_t(descend_tag_t)
@@ -225,7 +224,7 @@ module rt_lane #(
       .in_valid_i (descend_enter),
       .in_ready_o (descend_ready),
       .in_data_i  (descend_in),
-      .in_tag_i   ('{ctx: s3_context_q, steps: s3_steps_q, at_limit: s3_at_limit, child_beyond: s3_child_beyond}),
+      .in_tag_i   ('{ctx: s4_context_q, steps: s4_steps_q, at_limit: s4_at_limit, child_beyond: s4_child_beyond}),
       .out_valid_o(descend_valid),
       .out_ready_i(descend_take),
       .out_data_o (descend_out),
@@ -241,12 +240,12 @@ module rt_lane #(
       .in_ready_o (backtrack_ready),
       .in_data_i  (backtrack_in),
       .in_tag_i   ('{
-          ctx: s3_context_q,
-          steps: s3_steps_q,
-          at_limit: s3_at_limit,
-          child_beyond: s3_child_beyond,
-          grandparent_beyond: s3_grandparent_beyond,
-          grandparent: s3_pair.parent
+          ctx: s4_context_q,
+          steps: s4_steps_q,
+          at_limit: s4_at_limit,
+          child_beyond: s4_child_beyond,
+          grandparent_beyond: s4_grandparent_beyond,
+          grandparent: s4_pair.parent
       }),
       .out_valid_o(backtrack_valid),
       .out_ready_i(backtrack_take),
@@ -262,13 +261,13 @@ module rt_lane #(
   out_t out_in, out_data;
   logic [$clog2(OutDepth+1)-1:0] out_usage_unused;
   always_comb begin
-    out_in.ctx            = s3_context_q;
-    out_in.arrival.event_code = s3_event_q;
-    out_in.arrival.leaf       = s3_child;
-    out_in.arrival.size       = s3_size;
-    out_in.arrival.node       = s3_state_q.node;
-    out_in.arrival.t          = s3_segment_q.t;
-    out_in.arrival.steps      = s3_steps_q;
+    out_in.ctx            = s4_context_q;
+    out_in.arrival.event_code = s4_event_q;
+    out_in.arrival.leaf       = s4_child;
+    out_in.arrival.size       = s4_size;
+    out_in.arrival.node       = s4_state_q.node;
+    out_in.arrival.t          = s4_segment_q.t;
+    out_in.arrival.steps      = s4_steps_q;
   end
   rt_fifo #(
       .Depth (OutDepth),
@@ -276,7 +275,7 @@ module rt_lane #(
   ) u_out (
       .clk_i,
       .rst_ni,
-      .in_valid_i (s3_out && out_ready),
+      .in_valid_i (s4_out && out_ready),
       .in_ready_o (out_ready),
       .in_data_i  (out_in),
       .out_valid_o,
@@ -337,7 +336,7 @@ module rt_lane #(
           node: launch_i.node
       };
 
-  rt_ram_sdp #(
+  rt_ram_lut #(
       .Depth (Contexts),
       .data_t(state_t)
   ) u_state (
@@ -346,11 +345,10 @@ module rt_lane #(
       .write_en_i  (state_write_en),
       .write_addr_i(state_context),
       .write_data_i(state_write),
-      .read_en_i   (s0_valid),
       .read_addr_i (s0_context),
-      .read_data_o (s1_stepped)
+      .read_data_o (s0_stepped)
   );
-  rt_ram_sdp #(
+  rt_ram_lut #(
       .Depth (Contexts),
       .data_t(state_t)
   ) u_launch (
@@ -359,11 +357,9 @@ module rt_lane #(
       .write_en_i  (launch_valid_i),
       .write_addr_i(launch_context_i),
       .write_data_i(launch_write),
-      .read_en_i   (s0_valid),
       .read_addr_i (s0_context),
-      .read_data_o (s1_launched)
+      .read_data_o (s0_launched)
   );
-  assign s1_state = s1_launched_q ? s1_launched : s1_stepped;
   rt_ram_sdp #(
       .Depth (Contexts),
       .data_t(segment_t)
@@ -373,9 +369,9 @@ module rt_lane #(
       .write_en_i  (launch_valid_i),
       .write_addr_i(launch_context_i),
       .write_data_i('{plane: launch_i.plane, face: launch_i.face, t: launch_i.t}),
-      .read_en_i   (s1_valid_q),
-      .read_addr_i (s1_context_q),
-      .read_data_o (s2_segment)
+      .read_en_i   (s2_valid_q),
+      .read_addr_i (s2_context_q),
+      .read_data_o (s3_segment)
   );
   rt_ram_sdp #(
       .Depth (Contexts),
@@ -386,9 +382,9 @@ module rt_lane #(
       .write_en_i  (ray_valid_i),
       .write_addr_i(launch_context_i),
       .write_data_i(ray_i),
-      .read_en_i   (s1_valid_q),
-      .read_addr_i (s1_context_q),
-      .read_data_o (s2_ray)
+      .read_en_i   (s2_valid_q),
+      .read_addr_i (s2_context_q),
+      .read_data_o (s3_ray)
   );
 
   assign push_valid[Launches]   = launch_valid_i;
@@ -397,38 +393,43 @@ module rt_lane #(
   assign push_valid[Steps]      = state_write_en;
   assign push_context[Steps]    = state_context;
   assign push_error[Steps]      = 1'b0;
-  assign push_valid[Replays]    = s3_replay;
-  assign push_context[Replays]  = s3_context_q;
-  assign push_error[Replays]    = s3_event_q == rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
+  assign push_valid[Replays]    = s4_replay;
+  assign push_context[Replays]  = s4_context_q;
+  assign push_error[Replays]    = s4_event_q == rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
 
   always_ff @(posedge clk_i) begin
     s1_valid_q    <= s0_valid;
     s1_error_q    <= s0_error;
     s1_context_q  <= s0_context;
-    s1_launched_q <= launched_q[s0_context];
+    s1_state_q   <= launched_q[s0_context] ? s0_launched : s0_stepped;
     if (state_write_en) launched_q[state_context] <= 1'b0;
     if (launch_valid_i) launched_q[launch_context_i] <= 1'b1;
     s2_valid_q   <= s1_valid_q;
     s2_context_q <= s1_context_q;
-    s2_state_q   <= s1_state;
+    s2_state_q   <= s1_state_q;
     s2_event_q   <= s1_event;
-    s3_here_q    <= s2_valid_q;
+    s3_valid_q   <= s2_valid_q;
     s3_context_q <= s2_context_q;
     s3_state_q   <= s2_state_q;
-    s3_steps_q   <= s2_state_q.steps + 32'd1;
     s3_event_q   <= s2_event_q;
-    s3_ray_q     <= s2_ray;
-    s3_segment_q <= s2_segment;
+    s4_here_q    <= s3_valid_q;
+    s4_context_q <= s3_context_q;
+    s4_state_q   <= s3_state_q;
+    s4_steps_q   <= s3_state_q.steps + 32'd1;
+    s4_event_q   <= s3_event_q;
+    s4_ray_q     <= s3_ray;
+    s4_segment_q <= s3_segment;
     if (!rst_ni) begin
       s1_valid_q <= 1'b0;
       s2_valid_q <= 1'b0;
-      s3_here_q  <= 1'b0;
+      s3_valid_q <= 1'b0;
+      s4_here_q  <= 1'b0;
     end
   end
 
   assign events_o.hit     = look_valid_i && look_hit_i;
   assign events_o.miss    = 1'b0;  // counted where lines are fetched
-  assign events_o.busy    = s3_valid && !s3_replay;
+  assign events_o.busy    = s4_valid && !s4_replay;
   assign events_o.starved = !s0_valid;
   assign down_o           = descend_enter;
   assign up_o             = backtrack_enter;

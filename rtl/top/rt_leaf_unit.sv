@@ -1,6 +1,6 @@
 // Leaf unit: reads the record of the leaf a context has arrived at and computes where the ray leaves it.
 //
-// Purpose     One context a clock: P0 read arrival   P1 check, look up   P2 -   P3 cache answers; enter rt_leaf_exit. What comes out is
+// Purpose     One context a clock: P0 read arrival   P1 check, look up   P2, P3 -   P4 cache answers; enter rt_leaf_exit. What comes out is
 //             kept as how the leaf is left (leave_*, for the result unit) and what is to be tested (references, iter_*). Leaves without
 //             references, and contexts that end here, go to the result unit at once (out_*).
 // Reads       As much of a record as its size code says; the code is part of the cache's key.
@@ -144,23 +144,23 @@ module rt_leaf_unit #(
       .read_data_o (p1_stored)
   );
 
-  // --- P2 ---
-  logic                     p2_valid_q;
-  context_t                 p2_context_q;
-  rt_core_pkg::arrival_t    p2_arrival_q;
-  rt_contract_pkg::status_t p2_fault_q;
-  rt_core_pkg::walk_ray_t   p2_ray;
+  // --- P2, P3: on the way; the ray is there in P3 ---
+  logic                     p2_valid_q, p3_valid_q;
+  context_t                 p2_context_q, p3_context_q;
+  rt_core_pkg::arrival_t    p2_arrival_q, p3_arrival_q;
+  rt_contract_pkg::status_t p2_fault_q, p3_fault_q;
+  rt_core_pkg::walk_ray_t   p3_ray;
 
-  logic                                  p3_here_q, p3_valid, p3_look, p3_hit, p3_replay, enter, enter_ready;
-  context_t                              p3_context_q;
-  rt_core_pkg::arrival_t                 p3_arrival_q;
-  rt_contract_pkg::status_t              p3_fault_q;
-  rt_contract_pkg::leaf_record_t         p3_leaf;
-  rt_core_pkg::walk_ray_t                p3_ray_q;
+  logic                                  p4_here_q, p4_valid, p4_look, p4_hit, p4_replay, enter, enter_ready;
+  context_t                              p4_context_q;
+  rt_core_pkg::arrival_t                 p4_arrival_q;
+  rt_contract_pkg::status_t              p4_fault_q;
+  rt_contract_pkg::leaf_record_t         p4_leaf;
+  rt_core_pkg::walk_ray_t                p4_ray_q;
   rt_contract_pkg::leaf_exit_in_record_t exit_in;
   rt_contract_pkg::leaf_exit_out_record_t exit_out;
   tag_t                                  tag_in, tag_out;
-  rt_contract_pkg::triangle_index_t      p3_count;
+  rt_contract_pkg::triangle_index_t      p4_count;
   logic                                  exit_valid, exit_take;
 
   rt_cache #(
@@ -181,9 +181,9 @@ module rt_leaf_unit #(
       .req_key_i   (p1_key),
       .req_word_i  (1'b0),
       .req_waiter_i(p1_context_q),
-      .rsp_valid_o (p3_look),
-      .rsp_hit_o   (p3_hit),
-      .rsp_data_o  (p3_leaf),
+      .rsp_valid_o (p4_look),
+      .rsp_hit_o   (p4_hit),
+      .rsp_data_o  (p4_leaf),
       .wake_valid_o (wake_valid),
       .wake_ready_i (wake_ready),
       .wake_waiter_o(wake_context),
@@ -208,39 +208,39 @@ module rt_leaf_unit #(
       .write_en_i  (ray_valid_i),
       .write_addr_i(ray_context_i),
       .write_data_i(ray_i),
-      .read_en_i   (p1_valid_q),
-      .read_addr_i (p1_context_q),
-      .read_data_o (p2_ray)
+      .read_en_i   (p2_valid_q),
+      .read_addr_i (p2_context_q),
+      .read_data_o (p3_ray)
   );
 
-  // --- P3 ---
+  // --- P4 ---
   always_comb begin
     exit_in            = '0;
-    exit_in.bound      = p3_leaf.bound;
-    exit_in.origin     = p3_ray_q.origin;
-    exit_in.reciprocal = p3_ray_q.reciprocal;
-    exit_in.shift      = p3_ray_q.shift;
-    exit_in.zero       = p3_ray_q.zero;
-    exit_in.negative   = p3_ray_q.negative;
-    exit_in.t          = p3_arrival_q.t;
-    tag_in.ctx     = p3_context_q;
-    tag_in.fault       = p3_fault_q;
-    tag_in.bad_kind    = p3_leaf.kind != rt_contract_pkg::axis_t'(rt_contract_pkg::KindTriangles);
-    tag_in.steps       = p3_arrival_q.steps;
-    tag_in.count       = p3_count;
-    tag_in.node        = p3_arrival_q.node;
-    tag_in.parent      = p3_leaf.parent;
-    tag_in.upper       = ~p3_ray_q.negative;
+    exit_in.bound      = p4_leaf.bound;
+    exit_in.origin     = p4_ray_q.origin;
+    exit_in.reciprocal = p4_ray_q.reciprocal;
+    exit_in.shift      = p4_ray_q.shift;
+    exit_in.zero       = p4_ray_q.zero;
+    exit_in.negative   = p4_ray_q.negative;
+    exit_in.t          = p4_arrival_q.t;
+    tag_in.ctx     = p4_context_q;
+    tag_in.fault       = p4_fault_q;
+    tag_in.bad_kind    = p4_leaf.kind != rt_contract_pkg::axis_t'(rt_contract_pkg::KindTriangles);
+    tag_in.steps       = p4_arrival_q.steps;
+    tag_in.count       = p4_count;
+    tag_in.node        = p4_arrival_q.node;
+    tag_in.parent      = p4_leaf.parent;
+    tag_in.upper       = ~p4_ray_q.negative;
     for (int unsigned axis = 0; axis < 3; axis++) begin
-      tag_in.link[axis] = p3_ray_q.negative[axis] ? p3_leaf.link[2*axis] : p3_leaf.link[2*axis+1];
+      tag_in.link[axis] = p4_ray_q.negative[axis] ? p4_leaf.link[2*axis] : p4_leaf.link[2*axis+1];
     end
   end
-  assign p3_count  = p3_arrival_q.size < rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong) ?
-                       rt_contract_pkg::triangle_index_t'(p3_arrival_q.size) : p3_leaf.count;
+  assign p4_count  = p4_arrival_q.size < rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong) ?
+                       rt_contract_pkg::triangle_index_t'(p4_arrival_q.size) : p4_leaf.count;
   // Without a look-up there is a fault; after a miss the cache has the context.
-  assign p3_valid  = p3_here_q && (!p3_look || p3_hit);
-  assign enter     = p3_valid && enter_ready;
-  assign p3_replay = p3_valid && !enter_ready;
+  assign p4_valid  = p4_here_q && (!p4_look || p4_hit);
+  assign enter     = p4_valid && enter_ready;
+  assign p4_replay = p4_valid && !enter_ready;
 
   rt_leaf_exit #(
       .tag_t(tag_t)
@@ -257,12 +257,12 @@ module rt_leaf_unit #(
       .out_tag_o  (tag_out)
   );
   assign references_valid_o   = enter;
-  assign references_context_o = p3_context_q;
+  assign references_context_o = p4_context_q;
   assign references_o = '{
-          steps: p3_arrival_q.steps,
-          list_base: p3_leaf.list_base,
-          count: p3_count,
-          refs: p3_leaf.refs
+          steps: p4_arrival_q.steps,
+          list_base: p4_leaf.list_base,
+          count: p4_count,
+          refs: p4_leaf.refs
       };
 
   // --- what the stage says ---
@@ -297,9 +297,9 @@ module rt_leaf_unit #(
   assign push_valid[Arrivals]   = in_valid_i;
   assign push_context[Arrivals] = in_context_i;
   assign push_error[Arrivals]   = 1'b0;
-  assign push_valid[Replays]    = p3_replay;
-  assign push_context[Replays]  = p3_context_q;
-  assign push_error[Replays]    = p3_fault_q == rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
+  assign push_valid[Replays]    = p4_replay;
+  assign push_context[Replays]  = p4_context_q;
+  assign push_error[Replays]    = p4_fault_q == rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
 
   always_ff @(posedge clk_i) begin
     p1_valid_q   <= p0_valid;
@@ -309,22 +309,27 @@ module rt_leaf_unit #(
     p2_context_q <= p1_context_q;
     p2_arrival_q <= p1_arrival;
     p2_fault_q   <= p1_fault;
-    p3_here_q    <= p2_valid_q;
+    p3_valid_q   <= p2_valid_q;
     p3_context_q <= p2_context_q;
     p3_arrival_q <= p2_arrival_q;
     p3_fault_q   <= p2_fault_q;
-    p3_ray_q     <= p2_ray;
+    p4_here_q    <= p3_valid_q;
+    p4_context_q <= p3_context_q;
+    p4_arrival_q <= p3_arrival_q;
+    p4_fault_q   <= p3_fault_q;
+    p4_ray_q     <= p3_ray;
     if (!rst_ni) begin
       p1_valid_q <= 1'b0;
       p2_valid_q <= 1'b0;
-      p3_here_q  <= 1'b0;
+      p3_valid_q <= 1'b0;
+      p4_here_q  <= 1'b0;
     end
   end
 
-  assign events_o.hit     = p3_look && p3_hit;
+  assign events_o.hit     = p4_look && p4_hit;
   assign events_o.busy    = enter;
   assign events_o.starved = !p0_valid;
-  assign leaf_o           = enter && p3_fault_q == rt_core_pkg::EventGoOn;
+  assign leaf_o           = enter && p4_fault_q == rt_core_pkg::EventGoOn;
 
   // The face belongs to the side the ray moves to, so the three links kept are enough.
   `RT_ASSERT(FaceIsOnExitSide, !exit_valid || !exit_out.exits || exit_out.face[0] == tag_out.upper[exit_out.face[2:1]])

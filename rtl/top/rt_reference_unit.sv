@@ -1,11 +1,11 @@
 // Reference unit: sends the references of a leaf to the triangle test, one for each turn of a context, in order.
 //
-// Purpose     One context a clock: I0 read   I1 what is stored   I2 which reference; list look-up   I3 -   I4 list answers
-//             I5 checks, mailbox; triangle look-up   I6 -   I7 cache answers; enter rt_tri_test, note that the reference is done.
+// Purpose     One context a clock: I0 read   I1 what is stored   I2 which reference; list look-up   I3, I4 -   I5 list answers
+//             I6 checks, mailbox; triangle look-up   I7, I8 -   I9 cache answers; enter rt_tri_test, note that the reference is done.
 //             A context with references left becomes ready again.
 // Order       The pipe of rt_tri_test keeps the order, so the last thing a context sends (its last test, or a bubble that carries why there
 //             is none) tells the result unit that all results are in. Tests of an any-hit ray that already has its hit are not sent.
-// Misses      Parked in the list or triangle cache and woken; nothing is noted until I7 but the index, once it is known.
+// Misses      Parked in the list or triangle cache and woken; nothing is noted until I9 but the index, once it is known.
 // Statuses    As step_test in hls/top/trace.cpp orders them: step limit, list index, triangle index.
 // Mailbox     The last triangles tested for this ray; a reference to one of them counts as a step and is skipped.
 // Source      Amanatides & Woo 1987 (mailbox).
@@ -142,18 +142,18 @@ module rt_reference_unit #(
   end
   assign i2_list_look = i2_valid_q && i2_from_list && i2_event == rt_core_pkg::EventGoOn;
 
-  // --- I3, I4: the list answers ---
-  logic                             i3_valid_q, i3_from_list_q, i4_here_q, i4_valid, i4_from_list_q, i4_list_look, i4_list_hit;
-  context_t                         i3_context_q, i4_context_q;
-  status_t                          i3_event_q, i4_event_q;
-  rt_contract_pkg::triangle_index_t i3_inline_q, i3_next_q, i3_count_q, i4_inline_q, i4_next_q, i4_count_q;
-  logic [WordEntryBits-1:0]         i3_entry_q, i4_entry_q;
-  logic [DataBits-1:0]              i4_list_word;
-  logic [EntryBits-1:0]             i4_entries[WordEntries];
+  // --- I3 to I5: the list answers ---
+  logic                             i3_valid_q, i3_from_list_q, i4_valid_q, i4_from_list_q, i5_here_q, i5_valid, i5_from_list_q, i5_list_look, i5_list_hit;
+  context_t                         i3_context_q, i4_context_q, i5_context_q;
+  status_t                          i3_event_q, i4_event_q, i5_event_q;
+  rt_contract_pkg::triangle_index_t i3_inline_q, i3_next_q, i3_count_q, i4_inline_q, i4_next_q, i4_count_q, i5_inline_q, i5_next_q, i5_count_q;
+  logic [WordEntryBits-1:0]         i3_entry_q, i4_entry_q, i5_entry_q;
+  logic [DataBits-1:0]              i5_list_word;
+  logic [EntryBits-1:0]             i5_entries[WordEntries];
   logic                             list_flushing, triangle_flushing;
   assign flushing_o = list_flushing || triangle_flushing;
   // Without a look-up the reference is known or there is an event; after a miss the cache has the context.
-  assign i4_valid = i4_here_q && (!i4_list_look || i4_list_hit);
+  assign i5_valid = i5_here_q && (!i5_list_look || i5_list_hit);
 
   rt_cache #(
       .Lines       (Config.list_lines),
@@ -173,9 +173,9 @@ module rt_reference_unit #(
       .req_key_i    (i2_entry[LineEntryBits+:ListKeyBits]),
       .req_word_i   (i2_entry[WordEntryBits+:LineWordBits]),
       .req_waiter_i (i2_context_q),
-      .rsp_valid_o  (i4_list_look),
-      .rsp_hit_o    (i4_list_hit),
-      .rsp_data_o   (i4_list_word),
+      .rsp_valid_o  (i5_list_look),
+      .rsp_hit_o    (i5_list_hit),
+      .rsp_data_o   (i5_list_word),
       .wake_valid_o (wake_valid[FromList]),
       .wake_ready_i (wake_ready[FromList]),
       .wake_waiter_o(wake_context[FromList]),
@@ -192,42 +192,42 @@ module rt_reference_unit #(
       .fill_error_i
   );
   for (genvar i = 0; i < int'(WordEntries); i++) begin : gen_entry
-    assign i4_entries[i] = i4_list_word[i*EntryBits+:EntryBits];
+    assign i5_entries[i] = i5_list_word[i*EntryBits+:EntryBits];
   end
 
-  // --- I5: checks, mailbox, triangle ---
-  logic                             i5_valid_q, i5_killed_q;
-  context_t                         i5_context_q;
-  status_t                          i5_event_q, i5_event;
-  logic [EntryBits-1:0]             i5_index_q;
-  rt_contract_pkg::triangle_index_t i5_next_q, i5_count_q;
-  logic                             i5_known, i5_look;
+  // --- I6: checks, mailbox, triangle ---
+  logic                             i6_valid_q, i6_killed_q;
+  context_t                         i6_context_q;
+  status_t                          i6_event_q, i6_event;
+  logic [EntryBits-1:0]             i6_index_q;
+  rt_contract_pkg::triangle_index_t i6_next_q, i6_count_q;
+  logic                             i6_known, i6_look;
   logic [Contexts-1:0]              any_q;  // rays that any hit will do for
 
   always_comb begin
-    i5_event = i5_event_q;
-    if (i5_killed_q) i5_event = rt_core_pkg::EventFinish;
-    else if (i5_event_q == rt_core_pkg::EventGoOn && i5_index_q >= view_i.triangle_count) begin
-      i5_event = status_t'(rt_contract_pkg::StatusBadIndex);
+    i6_event = i6_event_q;
+    if (i6_killed_q) i6_event = rt_core_pkg::EventFinish;
+    else if (i6_event_q == rt_core_pkg::EventGoOn && i6_index_q >= view_i.triangle_count) begin
+      i6_event = status_t'(rt_contract_pkg::StatusBadIndex);
     end
   end
-  assign i5_look = i5_valid_q && i5_event == rt_core_pkg::EventGoOn && !i5_known;
+  assign i6_look = i6_valid_q && i6_event == rt_core_pkg::EventGoOn && !i6_known;
 
-  // --- I6 ---
-  logic                             i6_valid_q, i6_known_q;
-  context_t                         i6_context_q;
-  status_t                          i6_event_q;
-  rt_contract_pkg::triangle_index_t i6_index_q, i6_after_q, i6_count_q;
-  rt_core_pkg::test_ray_t           i6_ray;
+  // --- I7, I8: on the way; the ray is there in I8 ---
+  logic                             i7_valid_q, i7_known_q, i8_valid_q, i8_known_q;
+  context_t                         i7_context_q, i8_context_q;
+  status_t                          i7_event_q, i8_event_q;
+  rt_contract_pkg::triangle_index_t i7_index_q, i7_after_q, i7_count_q, i8_index_q, i8_after_q, i8_count_q;
+  rt_core_pkg::test_ray_t           i8_ray;
 
-  // --- I7: the triangle is there: send and note ---
-  logic                              i7_here_q, i7_valid, i7_look, i7_hit, i7_missed;
-  logic                              i7_known_q, i7_final_q, i7_send, i7_done, i7_last, i7_replay;
-  context_t                          i7_context_q;
-  status_t                           i7_event_q;
-  rt_contract_pkg::triangle_index_t  i7_index_q, i7_after_q;
-  rt_contract_pkg::triangle_record_t i7_triangle;
-  rt_core_pkg::test_ray_t            i7_ray_q;
+  // --- I9: the triangle is there: send and note ---
+  logic                              i9_here_q, i9_valid, i9_look, i9_hit, i9_missed;
+  logic                              i9_known_q, i9_final_q, i9_send, i9_done, i9_last, i9_replay;
+  context_t                          i9_context_q;
+  status_t                           i9_event_q;
+  rt_contract_pkg::triangle_index_t  i9_index_q, i9_after_q;
+  rt_contract_pkg::triangle_record_t i9_triangle;
+  rt_core_pkg::test_ray_t            i9_ray_q;
 
   rt_cache #(
       .Lines       (Config.triangle_lines),
@@ -243,13 +243,13 @@ module rt_reference_unit #(
       .rst_ni,
       .flush_i,
       .flushing_o   (triangle_flushing),
-      .req_valid_i  (i5_look),
-      .req_key_i    (i5_index_q[23:0]),
+      .req_valid_i  (i6_look),
+      .req_key_i    (i6_index_q[23:0]),
       .req_word_i   (1'b0),
-      .req_waiter_i (i5_context_q),
-      .rsp_valid_o  (i7_look),
-      .rsp_hit_o    (i7_hit),
-      .rsp_data_o   (i7_triangle),
+      .req_waiter_i (i6_context_q),
+      .rsp_valid_o  (i9_look),
+      .rsp_hit_o    (i9_hit),
+      .rsp_data_o   (i9_triangle),
       .wake_valid_o (wake_valid[FromTriangle]),
       .wake_ready_i (wake_ready[FromTriangle]),
       .wake_waiter_o(wake_context[FromTriangle]),
@@ -274,9 +274,9 @@ module rt_reference_unit #(
       .write_en_i  (ray_valid_i),
       .write_addr_i(ray_context_i),
       .write_data_i(ray_i),
-      .read_en_i   (i5_valid_q),
-      .read_addr_i (i5_context_q),
-      .read_data_o (i6_ray)
+      .read_en_i   (i7_valid_q),
+      .read_addr_i (i7_context_q),
+      .read_data_o (i8_ray)
   );
   // The list begins behind the references in the record; before the first entry its base is negative.
   assign references_kept.references   = references_i;
@@ -297,33 +297,33 @@ module rt_reference_unit #(
   );
 
   // Without a look-up there is nothing to test; after a miss the cache has the context.
-  assign i7_valid  = i7_here_q && (!i7_look || i7_hit);
-  assign i7_missed = i7_here_q && i7_look && !i7_hit;
-  assign i7_last   = i7_event_q != rt_core_pkg::EventGoOn || i7_final_q;
+  assign i9_valid  = i9_here_q && (!i9_look || i9_hit);
+  assign i9_missed = i9_here_q && i9_look && !i9_hit;
+  assign i9_last   = i9_event_q != rt_core_pkg::EventGoOn || i9_final_q;
   // A skipped reference in the middle of a leaf sends nothing.
-  assign i7_send   = i7_valid && (!i7_known_q || i7_last);
-  assign i7_replay = i7_send && !out_ready_i;
-  assign i7_done   = i7_valid && !i7_replay;
+  assign i9_send   = i9_valid && (!i9_known_q || i9_last);
+  assign i9_replay = i9_send && !out_ready_i;
+  assign i9_done   = i9_valid && !i9_replay;
 
   always_comb begin
     out_data_o            = '0;
-    out_data_o.u          = i7_triangle.u;
-    out_data_o.v          = i7_triangle.v;
-    out_data_o.n          = i7_triangle.n;
-    out_data_o.offset_u   = i7_triangle.offset_u;
-    out_data_o.offset_v   = i7_triangle.offset_v;
-    out_data_o.offset_n   = i7_triangle.offset_n;
-    out_data_o.exponent_u = i7_triangle.exponent_u;
-    out_data_o.exponent_v = i7_triangle.exponent_v;
-    out_data_o.id         = i7_triangle.id;
-    out_data_o.origin     = i7_ray_q.origin;
-    out_data_o.direction  = i7_ray_q.direction;
+    out_data_o.u          = i9_triangle.u;
+    out_data_o.v          = i9_triangle.v;
+    out_data_o.n          = i9_triangle.n;
+    out_data_o.offset_u   = i9_triangle.offset_u;
+    out_data_o.offset_v   = i9_triangle.offset_v;
+    out_data_o.offset_n   = i9_triangle.offset_n;
+    out_data_o.exponent_u = i9_triangle.exponent_u;
+    out_data_o.exponent_v = i9_triangle.exponent_v;
+    out_data_o.id         = i9_triangle.id;
+    out_data_o.origin     = i9_ray_q.origin;
+    out_data_o.direction  = i9_ray_q.direction;
   end
-  assign out_valid_o   = i7_send && out_ready_i;
-  assign out_context_o = i7_context_q;
-  assign out_test_o    = i7_event_q == rt_core_pkg::EventGoOn && !i7_known_q;
-  assign out_last_o    = i7_last;
-  assign out_event_o   = i7_event_q;
+  assign out_valid_o   = i9_send && out_ready_i;
+  assign out_context_o = i9_context_q;
+  assign out_test_o    = i9_event_q == rt_core_pkg::EventGoOn && !i9_known_q;
+  assign out_last_o    = i9_last;
+  assign out_event_o   = i9_event_q;
 
   rt_ram_sdp #(
       .Depth (Contexts),
@@ -331,9 +331,9 @@ module rt_reference_unit #(
   ) u_next (
       .clk_i,
       .rst_ni,
-      .write_en_i  (i7_done),
-      .write_addr_i(i7_context_q),
-      .write_data_i(i7_after_q),
+      .write_en_i  (i9_done),
+      .write_addr_i(i9_context_q),
+      .write_data_i(i9_after_q),
       .read_en_i   (i0_valid),
       .read_addr_i (i0_context),
       .read_data_o (i1_stored)
@@ -347,16 +347,16 @@ module rt_reference_unit #(
   ) u_resolved (
       .clk_i,
       .rst_ni,
-      .write_en_i  (i7_missed),
-      .write_addr_i(i7_context_q),
-      .write_data_i(i7_index_q),
+      .write_en_i  (i9_missed),
+      .write_addr_i(i9_context_q),
+      .write_data_i(i9_index_q),
       .read_en_i   (i0_valid),
       .read_addr_i (i0_context),
       .read_data_o (i1_resolved)
   );
   always_ff @(posedge clk_i) begin
-    if (i7_missed) resolved_q[i7_context_q] <= 1'b1;
-    if (i7_done) resolved_q[i7_context_q] <= 1'b0;
+    if (i9_missed) resolved_q[i9_context_q] <= 1'b1;
+    if (i9_done) resolved_q[i9_context_q] <= 1'b0;
     if (in_valid_i) resolved_q[in_context_i] <= 1'b0;
     if (!rst_ni) resolved_q <= '0;
   end
@@ -368,16 +368,16 @@ module rt_reference_unit #(
       logic [CountBits-1:0]                                 used;
       rt_contract_pkg::triangle_index_t [Config.mail_entries-1:0] index;  // the newest first
     } mail_t;
-    mail_t               i4_stored, i5_mail_q, i6_mail_q, i7_mail_q, i7_mail;
+    mail_t               i5_stored, i6_mail_q, i7_mail_q, i8_mail_q, i9_mail_q, i9_mail;
     logic [Contexts-1:0] fresh_q;  // nothing tested for this ray
 
     always_comb begin
-      i5_known = 1'b0;
+      i6_known = 1'b0;
       for (int unsigned i = 0; i < Config.mail_entries; i++) begin
-        if (mailbox_i && i5_mail_q.used > CountBits'(i) && 32'(i5_mail_q.index[i]) == i5_index_q) i5_known = 1'b1;
+        if (mailbox_i && i6_mail_q.used > CountBits'(i) && 32'(i6_mail_q.index[i]) == i6_index_q) i6_known = 1'b1;
       end
-      i7_mail.index = {i7_mail_q.index[Config.mail_entries-2:0], i7_index_q};
-      i7_mail.used  = i7_mail_q.used == CountBits'(Config.mail_entries) ? i7_mail_q.used : i7_mail_q.used + 1'b1;
+      i9_mail.index = {i9_mail_q.index[Config.mail_entries-2:0], i9_index_q};
+      i9_mail.used  = i9_mail_q.used == CountBits'(Config.mail_entries) ? i9_mail_q.used : i9_mail_q.used + 1'b1;
     end
     rt_ram_sdp #(
         .Depth (Contexts),
@@ -385,33 +385,34 @@ module rt_reference_unit #(
     ) u_mail (
         .clk_i,
         .rst_ni,
-        .write_en_i  (mailbox_i && i7_done && out_test_o),
-        .write_addr_i(i7_context_q),
-        .write_data_i(i7_mail),
-        .read_en_i   (mailbox_i && i3_valid_q),
-        .read_addr_i (i3_context_q),
-        .read_data_o (i4_stored)
+        .write_en_i  (mailbox_i && i9_done && out_test_o),
+        .write_addr_i(i9_context_q),
+        .write_data_i(i9_mail),
+        .read_en_i   (mailbox_i && i4_valid_q),
+        .read_addr_i (i4_context_q),
+        .read_data_o (i5_stored)
     );
     always_ff @(posedge clk_i) begin
-      i5_mail_q <= fresh_q[i4_context_q] ? '0 : i4_stored;
-      i6_mail_q <= i5_mail_q;
+      i6_mail_q <= fresh_q[i5_context_q] ? '0 : i5_stored;
       i7_mail_q <= i6_mail_q;
+      i8_mail_q <= i7_mail_q;
+      i9_mail_q <= i8_mail_q;
       if (ray_valid_i) fresh_q[ray_context_i] <= 1'b1;
-      if (i7_done && out_test_o) fresh_q[i7_context_q] <= 1'b0;
+      if (i9_done && out_test_o) fresh_q[i9_context_q] <= 1'b0;
     end
   end else begin : gen_no_mailbox
-    assign i5_known = 1'b0;
+    assign i6_known = 1'b0;
   end
 
   assign push_valid[Leaves]   = in_valid_i;
   assign push_context[Leaves] = in_context_i;
   assign push_error[Leaves]   = 1'b0;
-  assign push_valid[Rest]     = i7_replay || (i7_done && !i7_last);
-  assign push_context[Rest]   = i7_context_q;
-  assign push_error[Rest]     = i7_event_q == status_t'(rt_contract_pkg::StatusBusError);
+  assign push_valid[Rest]     = i9_replay || (i9_done && !i9_last);
+  assign push_context[Rest]   = i9_context_q;
+  assign push_error[Rest]     = i9_event_q == status_t'(rt_contract_pkg::StatusBusError);
 
   always_ff @(posedge clk_i) begin
-    if (i7_done) first_q[i7_context_q] <= 1'b0;
+    if (i9_done) first_q[i9_context_q] <= 1'b0;
     if (in_valid_i) first_q[in_context_i] <= 1'b1;
     i1_valid_q       <= i0_valid;
     i1_context_q     <= i0_context;
@@ -434,7 +435,7 @@ module rt_reference_unit #(
     i3_entry_q       <= i2_entry[WordEntryBits-1:0];
     i3_next_q        <= i2_next_q;
     i3_count_q       <= i2_refs_q.count;
-    i4_here_q        <= i3_valid_q;
+    i4_valid_q       <= i3_valid_q;
     i4_context_q     <= i3_context_q;
     i4_event_q       <= i3_event_q;
     i4_inline_q      <= i3_inline_q;
@@ -442,43 +443,60 @@ module rt_reference_unit #(
     i4_entry_q       <= i3_entry_q;
     i4_next_q        <= i3_next_q;
     i4_count_q       <= i3_count_q;
-    i5_valid_q       <= i4_valid;
+    i5_here_q        <= i4_valid_q;
     i5_context_q     <= i4_context_q;
-    i5_killed_q      <= any_q[i4_context_q] && has_hit_i[i4_context_q];
     i5_event_q       <= i4_event_q;
-    i5_index_q       <= i4_from_list_q ? i4_entries[i4_entry_q] : EntryBits'(i4_inline_q);
+    i5_inline_q      <= i4_inline_q;
+    i5_from_list_q   <= i4_from_list_q;
+    i5_entry_q       <= i4_entry_q;
     i5_next_q        <= i4_next_q;
     i5_count_q       <= i4_count_q;
-    i6_valid_q       <= i5_valid_q;
+    i6_valid_q       <= i5_valid;
     i6_context_q     <= i5_context_q;
-    i6_event_q       <= i5_event;
-    i6_known_q       <= i5_known && i5_event == rt_core_pkg::EventGoOn;
-    i6_index_q       <= i5_index_q[23:0];
-    i6_after_q       <= i5_next_q + 1'b1;
+    i6_killed_q      <= any_q[i5_context_q] && has_hit_i[i5_context_q];
+    i6_event_q       <= i5_event_q;
+    i6_index_q       <= i5_from_list_q ? i5_entries[i5_entry_q] : EntryBits'(i5_inline_q);
+    i6_next_q        <= i5_next_q;
     i6_count_q       <= i5_count_q;
-    i7_here_q        <= i6_valid_q;
+    i7_valid_q       <= i6_valid_q;
     i7_context_q     <= i6_context_q;
-    i7_event_q       <= i6_event_q;
-    i7_known_q       <= i6_known_q;
-    i7_index_q       <= i6_index_q;
-    i7_after_q       <= i6_after_q;
-    i7_final_q       <= i6_after_q == i6_count_q;
-    i7_ray_q         <= i6_ray;
+    i7_event_q       <= i6_event;
+    i7_known_q       <= i6_known && i6_event == rt_core_pkg::EventGoOn;
+    i7_index_q       <= i6_index_q[23:0];
+    i7_after_q       <= i6_next_q + 1'b1;
+    i7_count_q       <= i6_count_q;
+    i8_valid_q       <= i7_valid_q;
+    i8_context_q     <= i7_context_q;
+    i8_event_q       <= i7_event_q;
+    i8_known_q       <= i7_known_q;
+    i8_index_q       <= i7_index_q;
+    i8_after_q       <= i7_after_q;
+    i8_count_q       <= i7_count_q;
+    i9_here_q        <= i8_valid_q;
+    i9_context_q     <= i8_context_q;
+    i9_event_q       <= i8_event_q;
+    i9_known_q       <= i8_known_q;
+    i9_index_q       <= i8_index_q;
+    i9_after_q       <= i8_after_q;
+    i9_final_q       <= i8_after_q == i8_count_q;
+    i9_ray_q         <= i8_ray;
     if (ray_valid_i) any_q[ray_context_i] <= ray_i.any;
     if (!rst_ni) begin
       i1_valid_q <= 1'b0;
       i2_valid_q <= 1'b0;
       i3_valid_q <= 1'b0;
-      i4_here_q <= 1'b0;
-      i5_valid_q <= 1'b0;
+      i4_valid_q <= 1'b0;
+      i5_here_q <= 1'b0;
       i6_valid_q <= 1'b0;
-      i7_here_q <= 1'b0;
+      i7_valid_q <= 1'b0;
+      i8_valid_q <= 1'b0;
+      i9_here_q <= 1'b0;
     end
   end
 
-  assign events_o.hit     = i7_look && i7_hit;
-  assign events_o.busy    = i7_done;
+  assign events_o.hit     = i9_look && i9_hit;
+  assign events_o.busy    = i9_done;
   assign events_o.starved = !i0_valid;
-  assign list_hit_o       = i4_list_look && i4_list_hit;
-  assign skipped_o        = i7_done && i7_known_q;
+  assign list_hit_o       = i5_list_look && i5_list_hit;
+  assign skipped_o        = i9_done && i9_known_q;
 endmodule
