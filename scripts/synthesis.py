@@ -7,6 +7,7 @@ it is on a full part, and does not know that the output of a block RAM comes lat
 the way has WIRE_PS, and each output of a block RAM goes through a cell with a delay, which is a wire again after mapping.
 """
 import argparse
+import re
 
 from pyosys import libyosys as ys
 
@@ -24,13 +25,98 @@ def read_text(design, name, text, options):
     ys.run_pass("%s %s" % (options, path), design)
 
 
-def block_rams(module):
-    return [cell for cell in module.selected_cells() if cell.type.str() == "\\DP16KD"]
+def cells_of(module, kind):
+    return [cell for cell in module.selected_cells() if cell.type.str() == kind]
 
 
-def outputs(cell):
-    """{port: bit} of a block RAM's data outputs that are connected."""
-    return {port: signal[0] for port, signal in cell.connections().items() if port.str().startswith("\\DO") and signal.size() > 0}
+def bits_of(cell, *prefixes):
+    """{port: bit} of the one-bit ports that begin with one of the prefixes and a digit, and are connected."""
+    return {port.str(): signal[0] for port, signal in cell.connections().items()
+            if signal.size() > 0 and re.fullmatch(r"\\(%s)\d+" % "|".join(prefixes), port.str())}
+
+
+class Netlist:
+    """Who drives and who reads the bits at block RAMs and multipliers."""
+
+    def __init__(self, design):
+        self.module = design.top_module()
+        self.alias = {}
+        for target, source in self.module.connections():
+            for bit, driver in zip(target.bits(), source.bits()):
+                if bit.is_wire():
+                    self.alias[(bit.wire.name.str(), bit.offset)] = self.key(driver)
+        self.rams = cells_of(self.module, "\\DP16KD")
+        self.multipliers = cells_of(self.module, "\\MULT18X18D")
+        self.readers = {}  # of outputs of both, and of what multiplies
+        for cell in self.rams + self.multipliers:
+            for bit in bits_of(cell, "DOA", "DOB", "P", "A", "B").values():
+                self.readers[self.key(bit)] = []
+        self.registers = {}  # by the bit that they drive
+        self.late = {self.key(bit) for cell in self.rams + self.multipliers for bit in bits_of(cell, "DOA", "DOB", "P").values()}
+        for cell in self.module.selected_cells():
+            for port, signal in cell.connections().items():
+                if cell.input(port):
+                    for bit in signal.bits():
+                        name = self.key(bit)
+                        if name in self.readers:
+                            self.readers[name].append((cell, port.str()))
+            if cell.type.str() == "\\TRELLIS_FF":
+                self.registers[self.key(cell.getPort(ys.IdString("\\Q"))[0])] = cell
+        for wire in self.module.selected_wires():
+            if wire.port_output:
+                for bit in ys.SigSpec(wire).bits():
+                    self.readers.get(self.key(bit), []).append((None, ""))
+
+    def key(self, bit):
+        """Name of what drives a bit; None for a constant."""
+        name = (bit.wire.name.str(), bit.offset) if bit.is_wire() else None
+        while name in self.alias:
+            name = self.alias[name]
+        return name
+
+    def is_plain(self, cell):
+        """A register that loads in every clock and has no reset."""
+        parameter = {name.str(): value.decode_string().strip() for name, value in cell.parameters.items()}
+        enabled = parameter["\\CEMUX"] == "1" or (parameter["\\CEMUX"] == "CE" and constant(cell, "\\CE", True) is True)
+        return parameter["\\CLKMUX"] == "CLK" and enabled and constant(cell, "\\LSR", False) is False
+
+    def clock_of(self, register):
+        return self.key(register.getPort(ys.IdString("\\CLK"))[0])
+
+    def register_behind(self, bit):
+        """The plain register that is all that reads a bit."""
+        readers = self.readers[self.key(bit)]
+        if len(readers) != 1 or readers[0][0] is None:
+            return None
+        cell, port = readers[0]
+        return cell if cell.type.str() == "\\TRELLIS_FF" and port == "\\DI" and self.is_plain(cell) else None
+
+    def register_before(self, bit):
+        """The plain register that drives a bit, if it follows a register: behind logic it stays where the logic is."""
+        cell = self.registers.get(self.key(bit))
+        if cell is None or not self.is_plain(cell):
+            return None
+        source = self.key(cell.getPort(ys.IdString("\\DI"))[0])
+        return cell if source is None or source in self.registers or source in self.late else None
+
+    def take_outputs(self, cell, ports, clock=None):
+        """Moves a cell's outputs behind the registers that follow them; the clock of these, or None if one output has no such register."""
+        used = {port: bit for port, bit in ports.items() if self.readers[self.key(bit)]}
+        behind = {port: self.register_behind(bit) for port, bit in used.items()}
+        if not used or None in behind.values():
+            return None
+        clocks = {self.clock_of(register) for register in behind.values()} | ({clock} if clock else set())
+        if len(clocks) != 1:
+            return None
+        clock_port = next(iter(behind.values())).getPort(ys.IdString("\\CLK"))
+        for port, register in behind.items():
+            output = register.getPort(ys.IdString("\\Q"))
+            cell.setPort(ys.IdString(port), output)
+            del self.registers[self.key(output[0])]
+            self.late.add(self.key(output[0]))
+            self.readers.setdefault(self.key(output[0]), [(None, "")])
+            self.module.remove(register)
+        return clock_port
 
 
 def constant(cell, port, absent):
@@ -39,79 +125,57 @@ def constant(cell, port, absent):
 
 
 def absorb_registers(design):
-    """A register behind every output of a block RAM, without enable and reset, is the one that the block RAM has at its outputs."""
-    module = design.top_module()
-    alias = {}
+    """Registers that block RAMs and multipliers have themselves: plain ones behind all their outputs, and for a multiplier before all its inputs."""
+    netlist = Netlist(design)
+    rams = products = operands = 0
+    for cell in netlist.rams:
+        if netlist.take_outputs(cell, bits_of(cell, "DOA", "DOB"), netlist.key(cell.getPort(ys.IdString("\\CLKB"))[0])) is not None:
+            rams += 1
+            for side in "AB":
+                cell.setParam(ys.IdString("\\REGMODE_" + side), ys.Const("OUTREG"))
+                cell.setPort(ys.IdString("\\OCE" + side), ys.SigSpec(ys.State.S1, 1))
+    for cell in netlist.multipliers:
+        # Inputs first: afterwards the same registers may have no other reader.
+        inputs = {port: bit for port, bit in bits_of(cell, "A", "B").items() if netlist.key(bit) is not None}
+        before = {port: netlist.register_before(bit) for port, bit in inputs.items()}
+        clock = None
+        if inputs and None not in before.values() and len({netlist.clock_of(register) for register in before.values()}) == 1:
+            operands += 1
+            clock = next(iter(before.values())).getPort(ys.IdString("\\CLK"))
+            for port, register in before.items():
+                cell.setPort(ys.IdString(port), register.getPort(ys.IdString("\\DI")))
+            enable_registers(cell, ("INPUTA", "INPUTB"), clock)
+        clock = netlist.take_outputs(cell, bits_of(cell, "P"), netlist.key(clock[0]) if clock is not None else None)
+        if clock is not None:
+            products += 1
+            enable_registers(cell, ("OUTPUT",), clock)
+    print("synthesis: registers behind %d of %d block RAMs, before %d and behind %d of %d multipliers are their own" % (
+        rams, len(netlist.rams), operands, products, len(netlist.multipliers)))
+    ys.run_pass("opt_clean", design)
 
-    def key(bit):
-        """Name of what drives a bit; None for a constant."""
-        name = (bit.wire.name.str(), bit.offset) if bit.is_wire() else None
-        while name in alias:
-            name = alias[name]
-        return name
 
-    for target, source in module.connections():
-        for bit, driver in zip(target.bits(), source.bits()):
-            if bit.is_wire():
-                alias[(bit.wire.name.str(), bit.offset)] = key(driver)
-
-    rams = block_rams(module)
-    readers = {key(bit): [] for cell in rams for bit in outputs(cell).values()}
-    for cell in module.selected_cells():
-        for port, signal in cell.connections().items():
-            if cell.input(port):
-                for bit in signal.bits():
-                    name = key(bit)
-                    if name in readers:
-                        readers[name].append((cell, port.str()))
-    for wire in module.selected_wires():
-        if wire.port_output:
-            for bit in ys.SigSpec(wire).bits():
-                readers.get(key(bit), []).append((None, ""))
-
-    def register_behind(bit, clock):
-        """The register that is all that reads a bit."""
-        if len(readers[key(bit)]) != 1:
-            return None
-        cell, port = readers[key(bit)][0]
-        if cell is None or cell.type.str() != "\\TRELLIS_FF" or port != "\\DI":
-            return None
-        parameter = {name.str(): value.decode_string() for name, value in cell.parameters.items()}
-        plain = parameter["\\CLKMUX"].strip() == "CLK" and parameter["\\REGSET"].strip() == "RESET" and constant(cell, "\\LSR", False) is False
-        enabled = parameter["\\CEMUX"].strip() == "1" or (parameter["\\CEMUX"].strip() == "CE" and constant(cell, "\\CE", True) is True)
-        return cell if plain and enabled and key(cell.getPort(ys.IdString("\\CLK"))[0]) == clock else None
-
-    absorbed = registers = 0
-    for cell in rams:
-        used = {port: bit for port, bit in outputs(cell).items() if readers[key(bit)]}
-        clock = key(cell.getPort(ys.IdString("\\CLKB"))[0])
-        behind = {port: register_behind(bit, clock) for port, bit in used.items()}
-        if not used or None in behind.values():
-            continue
-        for port, register in behind.items():
-            cell.setPort(port, register.getPort(ys.IdString("\\Q")))
-            module.remove(register)
-        for side in "AB":
-            cell.setParam(ys.IdString("\\REGMODE_" + side), ys.Const("OUTREG"))
-            cell.setPort(ys.IdString("\\OCE" + side), ys.SigSpec(ys.State.S1, 1))
-        absorbed += 1
-        registers += len(behind)
-    print("synthesis: %d of %d block RAMs have taken in the %d registers behind them" % (absorbed, len(rams), registers))
+def enable_registers(multiplier, which, clock):
+    for name in which:
+        for what, value in (("CLK", "CLK0"), ("CE", "CE0"), ("RST", "RST0")):
+            multiplier.setParam(ys.IdString("\\REG_%s_%s" % (name, what)), ys.Const(value))
+    multiplier.setParam(ys.IdString("\\GSR"), ys.Const("DISABLED"))
+    multiplier.setPort(ys.IdString("\\CLK0"), clock)
+    multiplier.setPort(ys.IdString("\\CE0"), ys.SigSpec(ys.State.S1, 1))
+    multiplier.setPort(ys.IdString("\\RST0"), ys.SigSpec(ys.State.S0, 1))
 
 
 def delay_block_rams(design):
     module = design.top_module()
     number = 0
-    cells = [cell for cell in block_rams(module) if cell.getParam(ys.IdString("\\REGMODE_B")).decode_string() != "OUTREG"]
+    cells = [cell for cell in cells_of(module, "\\DP16KD") if cell.getParam(ys.IdString("\\REGMODE_B")).decode_string() != "OUTREG"]
     for cell in cells:
-        for port, bit in outputs(cell).items():
-            signal = ys.SigSpec([bit])
+        for port in bits_of(cell, "DOA", "DOB"):
             number += 1
-            late = module.addWire(ys.IdString("\\late_wire_%d" % number), signal.size())
-            cell.setPort(port, ys.SigSpec(late))
+            late = module.addWire(ys.IdString("\\late_wire_%d" % number), 1)
             box = module.addCell(ys.IdString("\\late_%d" % number), ys.IdString("\\RT_LATE"))
             box.setPort(ys.IdString("\\I"), ys.SigSpec(late))
-            box.setPort(ys.IdString("\\O"), signal)
+            box.setPort(ys.IdString("\\O"), cell.getPort(ys.IdString(port)))
+            cell.setPort(ys.IdString(port), ys.SigSpec(late))
     print("synthesis: %d block RAMs answer late" % len(cells))
 
 

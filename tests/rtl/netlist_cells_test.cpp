@@ -19,6 +19,7 @@ class NetlistCells : public testing::Test {
  protected:
   NetlistCells() : seed_(test_seed()), random_(seed_), bench_(seed_) {
     bench_->mul_source_i = 0;
+    bench_->mul_enable_i = 1;
     bench_->a_enable_i = bench_->a_write_i = bench_->b_enable_i = bench_->b_write_i = bench_->b_reset_i = 0;
     bench_->a_addr_i = bench_->b_addr_i = 0;
     bench_.reset(1);
@@ -51,6 +52,7 @@ TEST_F(NetlistCells, ProductsOfSignedAndUnsignedOperands) {
   const auto value = [](std::uint32_t code, bool is_signed) {
     return is_signed && (code >> 17) ? std::int64_t{code} - (1 << 18) : std::int64_t{code};
   };
+  std::array<std::uint64_t, 3> products{};  // of this clock, and of those before
   for (int i = 0; i < 20000; ++i) {
     const std::uint32_t a = operand(), b = operand();
     const bool signed_a = random_.below(2), signed_b = random_.below(2);
@@ -59,8 +61,15 @@ TEST_F(NetlistCells, ProductsOfSignedAndUnsignedOperands) {
     bench_->mul_signed_a_i = signed_a;
     bench_->mul_signed_b_i = signed_b;
     bench_.settle();
-    ASSERT_EQ(bench_->mul_p_o, static_cast<std::uint64_t>(value(a, signed_a) * value(b, signed_b)) & kWide)
+    products = {static_cast<std::uint64_t>(value(a, signed_a) * value(b, signed_b)) & kWide, products[0], products[1]};
+    ASSERT_EQ(bench_->mul_p_o[0], products[0])
         << a << " (signed " << signed_a << ") * " << b << " (signed " << signed_b << "), seed " << seed_;
+    if (i >= 2) {
+      ASSERT_EQ(bench_->mul_p_o[1], products[1]) << "registers of the inputs, seed " << seed_;
+      ASSERT_EQ(bench_->mul_p_o[2], products[1]) << "register of the output, seed " << seed_;
+      ASSERT_EQ(bench_->mul_p_o[3], products[2]) << "registers of both, seed " << seed_;
+    }
+    bench_.step();
   }
   EXPECT_FALSE(bench_.failed());
 }
@@ -121,6 +130,12 @@ TEST_F(NetlistCells, BlockRamsReadAndWriteWords) {
 
 TEST_F(NetlistCells, CascadedOperandsStop) {
   bench_->mul_source_i = 1;
+  bench_.step();
+  EXPECT_TRUE(bench_.failed());
+}
+
+TEST_F(NetlistCells, DisabledRegistersStop) {
+  bench_->mul_enable_i = 0;
   bench_.step();
   EXPECT_TRUE(bench_.failed());
 }

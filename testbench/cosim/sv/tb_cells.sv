@@ -1,5 +1,5 @@
-// The models of ECP5 cells in testbench/cosim/netlist/, with vectors as ports: one multiplier, block RAMs in each of their two widths, without
-// and with output registers.
+// The models of ECP5 cells in testbench/cosim/netlist/, with vectors as ports: multipliers and block RAMs (of both widths) without and with
+// registers.
 module tb_cells (
     input  logic        clk_i,
     input  logic        rst_ni,  // nothing happens while 0: inputs start with random values
@@ -8,7 +8,8 @@ module tb_cells (
     input  logic        mul_signed_a_i,
     input  logic        mul_signed_b_i,
     input  logic        mul_source_i,
-    output logic [35:0] mul_p_o,
+    input  logic        mul_enable_i,
+    output logic [35:0] mul_p_o[4],
 
     input  logic        a_enable_i,
     input  logic        a_write_i,
@@ -30,27 +31,41 @@ module tb_cells (
     for (int i = 0; i < 16; i++) words[20*i+:20] = 20'({2'b00, 18'(first + step * i)});
   endfunction
 
-  MULT18X18D u_mul (
-      .A17(mul_a_i[17]), .A16(mul_a_i[16]), .A15(mul_a_i[15]), .A14(mul_a_i[14]), .A13(mul_a_i[13]), .A12(mul_a_i[12]),
-      .A11(mul_a_i[11]), .A10(mul_a_i[10]), .A9(mul_a_i[9]), .A8(mul_a_i[8]), .A7(mul_a_i[7]), .A6(mul_a_i[6]),
-      .A5(mul_a_i[5]), .A4(mul_a_i[4]), .A3(mul_a_i[3]), .A2(mul_a_i[2]), .A1(mul_a_i[1]), .A0(mul_a_i[0]),
-      .B17(mul_b_i[17]), .B16(mul_b_i[16]), .B15(mul_b_i[15]), .B14(mul_b_i[14]), .B13(mul_b_i[13]), .B12(mul_b_i[12]),
-      .B11(mul_b_i[11]), .B10(mul_b_i[10]), .B9(mul_b_i[9]), .B8(mul_b_i[8]), .B7(mul_b_i[7]), .B6(mul_b_i[6]),
-      .B5(mul_b_i[5]), .B4(mul_b_i[4]), .B3(mul_b_i[3]), .B2(mul_b_i[2]), .B1(mul_b_i[1]), .B0(mul_b_i[0]),
-      .C17(Zero[17]), .C16(Zero[16]), .C15(Zero[15]), .C14(Zero[14]), .C13(Zero[13]), .C12(Zero[12]),
-      .C11(Zero[11]), .C10(Zero[10]), .C9(Zero[9]), .C8(Zero[8]), .C7(Zero[7]), .C6(Zero[6]),
-      .C5(Zero[5]), .C4(Zero[4]), .C3(Zero[3]), .C2(Zero[2]), .C1(Zero[1]), .C0(Zero[0]),
-      .P35(mul_p_o[35]), .P34(mul_p_o[34]), .P33(mul_p_o[33]), .P32(mul_p_o[32]), .P31(mul_p_o[31]), .P30(mul_p_o[30]),
-      .P29(mul_p_o[29]), .P28(mul_p_o[28]), .P27(mul_p_o[27]), .P26(mul_p_o[26]), .P25(mul_p_o[25]), .P24(mul_p_o[24]),
-      .P23(mul_p_o[23]), .P22(mul_p_o[22]), .P21(mul_p_o[21]), .P20(mul_p_o[20]), .P19(mul_p_o[19]), .P18(mul_p_o[18]),
-      .P17(mul_p_o[17]), .P16(mul_p_o[16]), .P15(mul_p_o[15]), .P14(mul_p_o[14]), .P13(mul_p_o[13]), .P12(mul_p_o[12]),
-      .P11(mul_p_o[11]), .P10(mul_p_o[10]), .P9(mul_p_o[9]), .P8(mul_p_o[8]), .P7(mul_p_o[7]), .P6(mul_p_o[6]),
-      .P5(mul_p_o[5]), .P4(mul_p_o[4]), .P3(mul_p_o[3]), .P2(mul_p_o[2]), .P1(mul_p_o[1]), .P0(mul_p_o[0]),
-      .SIGNEDA(mul_signed_a_i),
-      .SIGNEDB(mul_signed_b_i),
-      .SOURCEA(mul_source_i && rst_ni),
-      .SOURCEB(1'b0)
-  );
+  // Without registers, with those of the inputs, of the output, of both.
+  for (genvar mode = 0; mode < 4; mode++) begin : gen_mul
+    localparam bit Inputs = mode % 2 == 1;
+    localparam bit Output = mode >= 2;
+    logic [35:0] mul_p;
+    assign mul_p_o[mode] = mul_p;
+    MULT18X18D #(
+        .REG_INPUTA_CLK(Inputs ? "CLK0" : "NONE"),
+        .REG_INPUTB_CLK(Inputs ? "CLK0" : "NONE"),
+        .REG_OUTPUT_CLK(Output ? "CLK0" : "NONE")
+    ) u_mul (
+        .A17(mul_a_i[17]), .A16(mul_a_i[16]), .A15(mul_a_i[15]), .A14(mul_a_i[14]), .A13(mul_a_i[13]), .A12(mul_a_i[12]),
+        .A11(mul_a_i[11]), .A10(mul_a_i[10]), .A9(mul_a_i[9]), .A8(mul_a_i[8]), .A7(mul_a_i[7]), .A6(mul_a_i[6]),
+        .A5(mul_a_i[5]), .A4(mul_a_i[4]), .A3(mul_a_i[3]), .A2(mul_a_i[2]), .A1(mul_a_i[1]), .A0(mul_a_i[0]),
+        .B17(mul_b_i[17]), .B16(mul_b_i[16]), .B15(mul_b_i[15]), .B14(mul_b_i[14]), .B13(mul_b_i[13]), .B12(mul_b_i[12]),
+        .B11(mul_b_i[11]), .B10(mul_b_i[10]), .B9(mul_b_i[9]), .B8(mul_b_i[8]), .B7(mul_b_i[7]), .B6(mul_b_i[6]),
+        .B5(mul_b_i[5]), .B4(mul_b_i[4]), .B3(mul_b_i[3]), .B2(mul_b_i[2]), .B1(mul_b_i[1]), .B0(mul_b_i[0]),
+        .C17(Zero[17]), .C16(Zero[16]), .C15(Zero[15]), .C14(Zero[14]), .C13(Zero[13]), .C12(Zero[12]),
+        .C11(Zero[11]), .C10(Zero[10]), .C9(Zero[9]), .C8(Zero[8]), .C7(Zero[7]), .C6(Zero[6]),
+        .C5(Zero[5]), .C4(Zero[4]), .C3(Zero[3]), .C2(Zero[2]), .C1(Zero[1]), .C0(Zero[0]),
+        .P35(mul_p[35]), .P34(mul_p[34]), .P33(mul_p[33]), .P32(mul_p[32]), .P31(mul_p[31]), .P30(mul_p[30]),
+        .P29(mul_p[29]), .P28(mul_p[28]), .P27(mul_p[27]), .P26(mul_p[26]), .P25(mul_p[25]), .P24(mul_p[24]),
+        .P23(mul_p[23]), .P22(mul_p[22]), .P21(mul_p[21]), .P20(mul_p[20]), .P19(mul_p[19]), .P18(mul_p[18]),
+        .P17(mul_p[17]), .P16(mul_p[16]), .P15(mul_p[15]), .P14(mul_p[14]), .P13(mul_p[13]), .P12(mul_p[12]),
+        .P11(mul_p[11]), .P10(mul_p[10]), .P9(mul_p[9]), .P8(mul_p[8]), .P7(mul_p[7]), .P6(mul_p[6]),
+        .P5(mul_p[5]), .P4(mul_p[4]), .P3(mul_p[3]), .P2(mul_p[2]), .P1(mul_p[1]), .P0(mul_p[0]),
+        .SIGNEDA(mul_signed_a_i),
+        .SIGNEDB(mul_signed_b_i),
+        .SOURCEA(mul_source_i && rst_ni),
+        .SOURCEB(1'b0),
+        .CLK0(clk_i),
+        .CE0(mul_enable_i || !rst_ni),
+        .RST0(1'b0)
+    );
+  end
 
   logic [35:0] wide[2];
   logic [17:0] narrow_a[2], narrow_b[2];
