@@ -131,10 +131,21 @@ module rt_cache #(
   logic  done_q, done_error_q;
   mshr_t done_mshr_q;
 
-  mshr_t               fill_mshr;
+  // Registers of its own for the answers, which go to every cache; in the next clock they are written.
+  logic                fill_valid_q, fill_last_q, fill_error_q;
+  mshr_t               fill_mshr_q;
+  logic [DataBits-1:0] fill_data_q;
   logic [BeatBits-1:0] fill_beat;
-  assign fill_mshr = mshr_t'(fill_mshr_i);
-  assign fill_beat = beat_q[fill_mshr];
+  assign fill_beat = beat_q[fill_mshr_q];
+  always_ff @(posedge clk_i) begin
+    fill_valid_q <= fill_valid_i && rst_ni;
+    if (fill_valid_i) begin
+      fill_mshr_q  <= mshr_t'(fill_mshr_i);
+      fill_data_q  <= fill_data_i;
+      fill_last_q  <= fill_last_i;
+      fill_error_q <= fill_error_i;
+    end
+  end
 
   // Tags are written by the end of a fill, or one after the other by a flush.
   set_t flush_set_q, tag_set;
@@ -375,12 +386,12 @@ module rt_cache #(
       beat_q[free_q]     <= '0;
     end
 
-    done_q       <= fill_valid_i && fill_last_i;
-    done_mshr_q  <= fill_mshr;
-    done_error_q <= fill_valid_i && fill_last_i && (fill_error_i || error_q[fill_mshr]);
-    if (fill_valid_i) begin
-      beat_q[fill_mshr] <= fill_beat + 1'b1;
-      if (fill_error_i) error_q[fill_mshr] <= 1'b1;
+    done_q       <= fill_valid_q && fill_last_q;
+    done_mshr_q  <= fill_mshr_q;
+    done_error_q <= fill_valid_q && fill_last_q && (fill_error_q || error_q[fill_mshr_q]);
+    if (fill_valid_q) begin
+      beat_q[fill_mshr_q] <= fill_beat + 1'b1;
+      if (fill_error_q) error_q[fill_mshr_q] <= 1'b1;
     end
     if (done_q) begin
       active_q[done_mshr_q] <= 1'b0;
@@ -422,16 +433,21 @@ module rt_cache #(
     return AddrBits'({set, word});
   endfunction
 
-  logic [AddrBits-1:0] fill_addr;
-  assign fill_addr = word_address(mshr_key_q[fill_mshr][SetBits-1:0], SelectBits'(int'(fill_beat) / Banks));
+  // Written while the MSHR's last beat is noted as done, and its tag with it.
+  logic [AddrBits-1:0]        write_addr_q;
+  logic [DataBits-1:0]        write_data_q;
+  logic [Ways-1:0][Banks-1:0] write_q;
+  always_ff @(posedge clk_i) begin
+    write_addr_q <= word_address(mshr_key_q[fill_mshr_q][SetBits-1:0], SelectBits'(int'(fill_beat) / Banks));
+    write_data_q <= fill_data_q;
+    for (int unsigned w = 0; w < Ways; w++) begin
+      for (int unsigned b = 0; b < Banks; b++) write_q[w][b] <= fill_valid_q && way_q[fill_mshr_q] == 1'(w) && int'(fill_beat) % Banks == int'(b);
+    end
+  end
 
   for (genvar w = 0; w < int'(Ways); w++) begin : gen_way
     logic tag_write;
-    logic [Banks-1:0] bank_write;
     assign tag_write = flushing_q || (done_q && way_q[done_mshr_q] == 1'(w));
-    for (genvar b = 0; b < int'(Banks); b++) begin : gen_write
-      assign bank_write[b] = fill_valid_i && way_q[fill_mshr] == 1'(w) && int'(fill_beat) % Banks == b;
-    end
     for (genvar p = 0; p < int'(Ports); p++) begin : gen_port
       rt_ram_sdp #(
           .Depth (Sets),
@@ -453,9 +469,9 @@ module rt_cache #(
         ) u_data (
             .clk_i,
             .rst_ni,
-            .write_en_i  (bank_write[b]),
-            .write_addr_i(fill_addr),
-            .write_data_i(fill_data_i),
+            .write_en_i  (write_q[w][b]),
+            .write_addr_i(write_addr_q),
+            .write_data_i(write_data_q),
             .read_en_i   (1'b1),
             .read_addr_i (word_address(req_key_i[p][SetBits-1:0], req_word_i[p])),
             .read_data_o (data_read[p][w][b*DataBits+:DataBits])
@@ -500,8 +516,8 @@ module rt_cache #(
     assign older = 1'b0;
   end
 
-  `RT_ASSERT(FillIsExpected, !fill_valid_i || active_q[fill_mshr])
-  `RT_ASSERT(FillHasItsLength, !fill_valid_i || fill_last_i || fill_beat != BeatBits'(FillBeats - 1))
+  `RT_ASSERT(FillIsExpected, !fill_valid_q || active_q[fill_mshr_q])
+  `RT_ASSERT(FillHasItsLength, !fill_valid_q || fill_last_q || fill_beat != BeatBits'(FillBeats - 1))
   `RT_ASSERT(OneWay, !look3_q[0] || $onehot0(way_hit_q[0]))
   `RT_ASSERT(FlushWhenIdle, !flushing_o || (active_q == '0 && look1_q == '0 && look2_q == '0 && look3_q == '0))
 endmodule

@@ -116,11 +116,15 @@ module rt_control #(
       default: ;
     endcase
   end
+  logic [rt_core_pkg::AddrBits-1:0] image_base_q;  // as the host wrote it before the start
+  logic [31:0]                      image_lines_q;
   always_ff @(posedge clk_i) begin
+    image_base_q   <= image_base_i;
+    image_lines_q  <= image_lines_i;
     offset_q       <= offset;
     bytes_q        <= bytes;
     section_end_q  <= (LinesBits + 1)'((bytes_q + 40'd63) >> rt_core_pkg::LineShift) + (LinesBits + 1)'(offset_q);
-    section_base_q <= image_base_i + (rt_core_pkg::AddrBits'(offset_q) << rt_core_pkg::LineShift);
+    section_base_q <= image_base_q + (rt_core_pkg::AddrBits'(offset_q) << rt_core_pkg::LineShift);
     case (phase_q)
       Choose: if (state_q == Sections) phase_q <= Measure;
       Measure: phase_q <= Judge;
@@ -182,7 +186,7 @@ module rt_control #(
             default: view_q.triangle_base <= section_base_q;
           endcase
           section_q <= section_q + 1'b1;
-          if (section_end_q > (LinesBits + 1)'(image_lines_i)) begin
+          if (section_end_q > (LinesBits + 1)'(image_lines_q)) begin
             fault_q <= FaultLayout;
             state_q <= Done;
           end else if (section_q == 2'd3) begin
@@ -216,7 +220,7 @@ module rt_control #(
 
   assign fetch_valid_o = state_q == Ask;
   assign fetch_o = '{
-          addr: image_base_i,
+          addr: image_base_q,
           len: 8'(HeaderBeats - 1),
           source: rt_core_pkg::SourceBits'(rt_core_pkg::SourceHeader),
           mshr: '0

@@ -79,19 +79,33 @@ module rt_core #(
   logic [LaneIndexBits-1:0] arrival_index_unused;
   logic                     end_index_unused;
 
-  // --- read requests: one round-robin choice of all units ---
+  // --- read requests: one round-robin choice of all units, which have a register each, behind the sum that is the address ---
   localparam int unsigned Sources = rt_core_pkg::Sources;
-  logic [Sources-1:0]         source_valid, source_ready, fill_valid;
-  rt_core_pkg::read_request_t source_request[Sources];
+  logic [Sources-1:0]         source_valid, source_ready, waiting_valid, waiting_ready, fill_valid;
+  rt_core_pkg::read_request_t source_request[Sources], waiting_request[Sources];
+  for (genvar s = 0; s < int'(Sources); s++) begin : gen_request
+    rt_skid #(
+        .data_t(rt_core_pkg::read_request_t)
+    ) u_skid (
+        .clk_i,
+        .rst_ni,
+        .in_valid_i (source_valid[s]),
+        .in_ready_o (source_ready[s]),
+        .in_data_i  (source_request[s]),
+        .out_valid_o(waiting_valid[s]),
+        .out_ready_i(waiting_ready[s]),
+        .out_data_o (waiting_request[s])
+    );
+  end
   rt_arbiter #(
       .NumInputs(Sources),
       .data_t   (rt_core_pkg::read_request_t)
   ) u_read_arbiter (
       .clk_i,
       .rst_ni,
-      .in_valid_i (source_valid),
-      .in_ready_o (source_ready),
-      .in_data_i  (source_request),
+      .in_valid_i (waiting_valid),
+      .in_ready_o (waiting_ready),
+      .in_data_i  (waiting_request),
       .in_last_i  ('1),
       .out_valid_o(read_valid_o),
       .out_ready_i(read_ready_i),
@@ -194,14 +208,28 @@ module rt_core #(
       .used_o          (contexts_used)
   );
 
-  // --- launches: returns from leaves first ---
-  logic                 return_valid;
-  context_t             return_context, launch_context;
-  rt_core_pkg::launch_t return_launch, launch;
+  // --- launches: returns from leaves first; through a register, as they go to all lanes and units ---
+  logic                   return_valid, launch_ray_q;
+  context_t               return_context, launch_context, launch_context_q;
+  logic [Lanes-1:0]       launch_valid_q;
+  rt_core_pkg::launch_t   return_launch, launch_q;
+  rt_core_pkg::walk_ray_t walk_ray_q;
+  rt_core_pkg::test_ray_t test_ray_q;
+  rt_core_pkg::ray_info_t ray_info_q;
   assign ray_ready      = !return_valid;
   assign ray_go         = ray_valid && ray_ready;
   assign launch_context = return_valid ? return_context : ray_context;
-  assign launch         = return_valid ? return_launch : ray_launch;
+  always_ff @(posedge clk_i) begin
+    for (int unsigned l = 0; l < Lanes; l++) begin
+      launch_valid_q[l] <= (return_valid || ray_go) && 32'(launch_context) >> LaneContextBits == l && rst_ni;
+    end
+    launch_ray_q     <= ray_go && rst_ni;
+    launch_context_q <= launch_context;
+    launch_q         <= return_valid ? return_launch : ray_launch;
+    walk_ray_q       <= walk_ray;
+    test_ray_q       <= test_ray;
+    ray_info_q       <= ray_info;
+  end
 
   // --- lanes ---
   typedef struct packed {
@@ -225,15 +253,8 @@ module rt_core #(
   endfunction
   arrival_t         out_arrival[Lanes];
   for (genvar l = 0; l < int'(Lanes); l++) begin : gen_lane
-    logic                               in_lane;
     logic [LaneContextBits-1:0]         out_context;
     rt_contract_pkg::pair_index_t       pair;
-    if (Lanes == 1) begin : gen_only
-      assign in_lane = 1'b1;
-    end else begin : gen_one_of
-      localparam int unsigned LaneBits = ContextBits - LaneContextBits;
-      assign in_lane = launch_context[ContextBits-1:LaneContextBits] == LaneBits'(l);
-    end
     assign out_arrival[l].ctx = out_context_of(l, out_context);
     rt_lane #(
         .Config(Config)
@@ -241,11 +262,11 @@ module rt_core #(
         .clk_i,
         .rst_ni,
         .view_i          (view),
-        .ray_valid_i     (in_lane && ray_go),
-        .ray_i           (walk_ray),
-        .launch_valid_i  (in_lane && (return_valid || ray_go)),
-        .launch_context_i(launch_context[LaneContextBits-1:0]),
-        .launch_i        (launch),
+        .ray_valid_i     (launch_valid_q[l] && launch_ray_q),
+        .ray_i           (walk_ray_q),
+        .launch_valid_i  (launch_valid_q[l]),
+        .launch_context_i(launch_context_q[LaneContextBits-1:0]),
+        .launch_i        (launch_q),
         .out_valid_o     (out_valid[l]),
         .out_ready_i     (out_ready[l]),
         .out_context_o   (out_context),
@@ -387,9 +408,9 @@ module rt_core #(
       .flushing_o          (flushing[1]),
       .view_i              (view),
       .parent_links_i,
-      .ray_valid_i         (ray_go),
-      .ray_context_i       (ray_context),
-      .ray_i               (walk_ray),
+      .ray_valid_i         (launch_ray_q),
+      .ray_context_i       (launch_context_q),
+      .ray_i               (walk_ray_q),
       .in_valid_i          (arrival_valid && !arrival_ends),
       .in_context_i        (arrival.ctx),
       .in_data_i           (arrival.arrival),
@@ -422,6 +443,16 @@ module rt_core #(
               rt_core_pkg::LeafReadBytes + 8 * 32'(leaf_key.beats), rt_core_pkg::SourceLeaf, leaf_mshr);
 
   // --- references and tests ---
+  logic                     iter_valid_q, references_valid_q;
+  context_t                 iter_context_q, references_context_q;
+  rt_core_pkg::references_t references_q;
+  always_ff @(posedge clk_i) begin
+    iter_valid_q         <= iter_valid && rst_ni;
+    iter_context_q       <= iter_context;
+    references_valid_q   <= references_valid && rst_ni;
+    references_context_q <= references_context;
+    references_q         <= references;
+  end
   typedef struct packed {
     context_t ctx;
     logic     test;
@@ -445,14 +476,14 @@ module rt_core #(
       .flushing_o            (flushing[2]),
       .view_i                (view),
       .mailbox_i,
-      .ray_valid_i           (ray_go),
-      .ray_context_i         (ray_context),
-      .ray_i                 (test_ray),
-      .references_valid_i    (references_valid),
-      .references_context_i  (references_context),
-      .references_i          (references),
-      .in_valid_i            (iter_valid),
-      .in_context_i          (iter_context),
+      .ray_valid_i           (launch_ray_q),
+      .ray_context_i         (launch_context_q),
+      .ray_i                 (test_ray_q),
+      .references_valid_i    (references_valid_q),
+      .references_context_i  (references_context_q),
+      .references_i          (references_q),
+      .in_valid_i            (iter_valid_q),
+      .in_context_i          (iter_context_q),
       .has_hit_i             (has_hit),
       .out_valid_o           (test_valid),
       .out_ready_i           (test_ready),
@@ -510,9 +541,9 @@ module rt_core #(
       .clk_i,
       .rst_ni,
       .parent_links_i,
-      .ray_valid_i     (ray_go),
-      .ray_context_i   (ray_context),
-      .ray_i           (ray_info),
+      .ray_valid_i     (launch_ray_q),
+      .ray_context_i   (launch_context_q),
+      .ray_i           (ray_info_q),
       .leave_valid_i   (leave_valid),
       .leave_context_i (leave_context),
       .leave_i         (leave),

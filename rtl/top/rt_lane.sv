@@ -97,8 +97,8 @@ module rt_lane #(
   localparam int unsigned Pushes = 3;
   logic [Pushes-1:0]    push_valid, push_error;
   context_t [Pushes-1:0] push_context;
-  logic                 s0_valid, s0_error;
-  context_t             s0_context;
+  logic                 s0_valid, s0_error, replay_q, replay_error_q;
+  context_t             s0_context, replay_context_q;
   logic [Contexts-1:0]  launched_q;  // no step since the launch
 
   rt_ready #(
@@ -393,9 +393,9 @@ module rt_lane #(
   assign push_valid[Steps]      = state_write_en;
   assign push_context[Steps]    = state_context;
   assign push_error[Steps]      = 1'b0;
-  assign push_valid[Replays]    = s4_replay;
-  assign push_context[Replays]  = s4_context_q;
-  assign push_error[Replays]    = s4_event_q == rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
+  assign push_valid[Replays]    = replay_q;
+  assign push_context[Replays]  = replay_context_q;
+  assign push_error[Replays]    = replay_error_q;
 
   always_ff @(posedge clk_i) begin
     s1_valid_q    <= s0_valid;
@@ -419,11 +419,15 @@ module rt_lane #(
     s4_event_q   <= s3_event_q;
     s4_ray_q     <= s3_ray;
     s4_segment_q <= s3_segment;
+    replay_q         <= s4_replay;
+    replay_context_q <= s4_context_q;
+    replay_error_q   <= s4_event_q == rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
     if (!rst_ni) begin
       s1_valid_q <= 1'b0;
       s2_valid_q <= 1'b0;
       s3_valid_q <= 1'b0;
       s4_here_q  <= 1'b0;
+      replay_q   <= 1'b0;
     end
   end
 

@@ -79,6 +79,8 @@ module rt_leaf_unit #(
   localparam int unsigned Pushes = 2;
   logic [Pushes-1:0]     push_valid, push_error;
   context_t [Pushes-1:0] push_context;
+  logic                  replay_q, replay_error_q;
+  context_t              replay_context_q;
   logic                  p0_valid, p0_error, wake_valid, wake_ready, wake_error;
   context_t              p0_context, wake_context;
   rt_ready #(
@@ -297,9 +299,9 @@ module rt_leaf_unit #(
   assign push_valid[Arrivals]   = in_valid_i;
   assign push_context[Arrivals] = in_context_i;
   assign push_error[Arrivals]   = 1'b0;
-  assign push_valid[Replays]    = p4_replay;
-  assign push_context[Replays]  = p4_context_q;
-  assign push_error[Replays]    = p4_fault_q == rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
+  assign push_valid[Replays]    = replay_q;
+  assign push_context[Replays]  = replay_context_q;
+  assign push_error[Replays]    = replay_error_q;
 
   always_ff @(posedge clk_i) begin
     p1_valid_q   <= p0_valid;
@@ -318,11 +320,15 @@ module rt_leaf_unit #(
     p4_arrival_q <= p3_arrival_q;
     p4_fault_q   <= p3_fault_q;
     p4_ray_q     <= p3_ray;
+    replay_q         <= p4_replay;
+    replay_context_q <= p4_context_q;
+    replay_error_q   <= p4_fault_q == rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
     if (!rst_ni) begin
       p1_valid_q <= 1'b0;
       p2_valid_q <= 1'b0;
       p3_valid_q <= 1'b0;
       p4_here_q  <= 1'b0;
+      replay_q   <= 1'b0;
     end
   end
 

@@ -90,8 +90,8 @@ module rt_reference_unit #(
   logic [Wakes-1:0]      wake_valid, wake_ready, wake_error;
   context_t [Wakes-1:0]  wake_context;
   logic [Contexts-1:0]   first_q;  // nothing of the leaf is done
-  logic                  i0_valid, i0_error;
-  context_t              i0_context;
+  logic                  i0_valid, i0_error, rest_q, rest_error_q;
+  context_t              i0_context, rest_context_q;
   rt_ready #(
       .Contexts(Contexts),
       .Pushes  (Pushes),
@@ -407,9 +407,9 @@ module rt_reference_unit #(
   assign push_valid[Leaves]   = in_valid_i;
   assign push_context[Leaves] = in_context_i;
   assign push_error[Leaves]   = 1'b0;
-  assign push_valid[Rest]     = i9_replay || (i9_done && !i9_last);
-  assign push_context[Rest]   = i9_context_q;
-  assign push_error[Rest]     = i9_event_q == status_t'(rt_contract_pkg::StatusBusError);
+  assign push_valid[Rest]     = rest_q;
+  assign push_context[Rest]   = rest_context_q;
+  assign push_error[Rest]     = rest_error_q;
 
   always_ff @(posedge clk_i) begin
     if (i9_done) first_q[i9_context_q] <= 1'b0;
@@ -480,6 +480,9 @@ module rt_reference_unit #(
     i9_after_q       <= i8_after_q;
     i9_final_q       <= i8_after_q == i8_count_q;
     i9_ray_q         <= i8_ray;
+    rest_q           <= i9_replay || (i9_done && !i9_last);
+    rest_context_q   <= i9_context_q;
+    rest_error_q     <= i9_replay && i9_event_q == status_t'(rt_contract_pkg::StatusBusError);
     if (ray_valid_i) any_q[ray_context_i] <= ray_i.any;
     if (!rst_ni) begin
       i1_valid_q <= 1'b0;
@@ -491,6 +494,7 @@ module rt_reference_unit #(
       i7_valid_q <= 1'b0;
       i8_valid_q <= 1'b0;
       i9_here_q <= 1'b0;
+      rest_q <= 1'b0;
     end
   end
 
