@@ -1,9 +1,10 @@
 // Result unit: keeps the best hit of every context and decides what a context does when its leaf is done.
 //
 // Purpose     R0 takes an event: a result of rt_tri_test (tri_*), or a context that ends or leaves a leaf without tests (direct_*), and
-//             reads what is known of the context; R1 has it. R2 compares and updates the best hit. R3 decides, if this was the last of the
-//             leaf, and R4 either finishes the ray (finish_*, with the best hit) or sends the context back to its lane (return_*).
-// Hazard      Two results of one context may follow each other directly: the best hit goes from R2 to R1 as well as to the memory.
+//             reads what is known of the context; it is there in R2. R3 compares and updates the best hit. R4 decides, if this was the last of the
+//             leaf, and R5 either finishes the ray (finish_*, with the best hit) or sends the context back to its lane (return_*).
+// Hazard      Results of one context may follow each other directly: a best hit goes from R3 to the memory and to whoever has read it too early,
+//             in R0 to R2.
 // Order       Direct events go first; a context is never in both at once. Lower t wins, on equal t the lower id; an any-hit ray keeps
 //             the first accepted one, also over an error met behind it.
 // Rates       One event a clock. finish_* stalls it, return_* is always accepted.
@@ -63,7 +64,7 @@ module rt_result_unit #(
   } finish_t;
 
   localparam int unsigned FinishDepth = 16;
-  localparam int unsigned InFlight = 5;  // R0 .. R4 may hold finished rays that are not counted yet
+  localparam int unsigned InFlight = 6;  // R0 .. R5 may hold finished rays that are not counted yet
   localparam int unsigned FinishUsageBits = $clog2(FinishDepth + 1);
 
   // --- R0 ---
@@ -84,63 +85,67 @@ module rt_result_unit #(
     rt_contract_pkg::status_t event_code;
   } event_t;
 
-  // --- R1: what is known of the context ---
-  logic                                  r1_valid_q, r1_had, r1_forward;
-  event_t                                r1_q;
-  rt_contract_pkg::tri_test_out_record_t r1_tri_q;
-  best_t                                 r1_best;
-  rt_core_pkg::leave_t                   r1_leave;
-  rt_core_pkg::ray_info_t                r1_ray;
+  // --- R1, R2: what is known of the context ---
+  logic                                  r1_valid_q, r2_valid_q, r2_had_q;
+  event_t                                r1_q, r2_q;
+  rt_contract_pkg::tri_test_out_record_t r1_tri_q, r2_tri_q;
+  best_t                                 r1_best, r2_best_q;
+  rt_core_pkg::leave_t                   r1_leave, r2_leave_q;
+  rt_core_pkg::ray_info_t                r1_ray, r2_ray_q;
   logic [Contexts-1:0]                   has_hit_q;
+  // A best hit that is newer than what has been read: R3 accepts one while its context is in this stage.
+  logic                                  r0_newer, r1_newer, r2_newer, r1_newer_q, r2_newer_q;
+  best_t                                 r1_newest_q, r2_newest_q;
 
-  // --- R2: compare ---
-  logic                                  r2_valid_q, r2_had_q, r2_nearer, r2_accept;
-  event_t                                r2_q;
-  rt_contract_pkg::tri_test_out_record_t r2_tri_q;
-  best_t                                 r2_best_q, r2_candidate, r2_new;  // without a hit: no triangle at t_max
-  rt_core_pkg::leave_t                   r2_leave_q;
-  rt_core_pkg::ray_info_t                r2_ray_q;
+  // --- R3: compare ---
+  logic                                  r3_valid_q, r3_had_q, r3_nearer, r3_accept;
+  event_t                                r3_q;
+  rt_contract_pkg::tri_test_out_record_t r3_tri_q;
+  best_t                                 r3_best_q, r3_candidate, r3_new;  // without a hit: no triangle at t_max
+  rt_core_pkg::leave_t                   r3_leave_q;
+  rt_core_pkg::ray_info_t                r3_ray_q;
 
-  assign r2_candidate = '{
-          t: r2_tri_q.t,
-          id: r2_tri_q.id,
-          edge_u: r2_tri_q.edge_u,
-          edge_v: r2_tri_q.edge_v,
-          dz: r2_tri_q.dz,
-          exponent_u: r2_tri_q.exponent_u,
-          exponent_v: r2_tri_q.exponent_v
+  assign r3_candidate = '{
+          t: r3_tri_q.t,
+          id: r3_tri_q.id,
+          edge_u: r3_tri_q.edge_u,
+          edge_v: r3_tri_q.edge_v,
+          dz: r3_tri_q.dz,
+          exponent_u: r3_tri_q.exponent_u,
+          exponent_v: r3_tri_q.exponent_v
       };
-  assign r2_nearer = {r2_tri_q.t, r2_tri_q.id} < {r2_best_q.t, r2_best_q.id};
-  assign r2_accept = r2_valid_q && !r2_q.direct && r2_q.test && r2_tri_q.hit[0] && r2_nearer && !(r2_ray_q.any[0] && r2_had_q);
-  assign r2_new    = r2_accept ? r2_candidate : r2_best_q;
+  assign r3_nearer = {r3_tri_q.t, r3_tri_q.id} < {r3_best_q.t, r3_best_q.id};
+  assign r3_accept = r3_valid_q && !r3_q.direct && r3_q.test && r3_tri_q.hit[0] && r3_nearer && !(r3_ray_q.any[0] && r3_had_q);
+  assign r3_new    = r3_accept ? r3_candidate : r3_best_q;
 
-  assign r1_forward = r2_accept && r2_q.ctx == r1_q.ctx;
-  assign r1_had     = has_hit_q[r1_q.ctx] || r1_forward;
+  assign r0_newer = r3_accept && r3_q.ctx == r0_context;
+  assign r1_newer = r3_accept && r3_q.ctx == r1_q.ctx;
+  assign r2_newer = r3_accept && r3_q.ctx == r2_q.ctx;
 
-  // --- R3: what to do ---
-  logic                         r3_valid_q, r3_has_q, r3_ends, r3_finish;
-  event_t                       r3_q;
-  best_t                        r3_best_q;
-  rt_core_pkg::leave_t          r3_leave_q;
-  rt_core_pkg::ray_info_t       r3_ray_q;
-  rt_contract_pkg::node_index_t r3_target;
+  // --- R4: what to do ---
+  logic                         r4_valid_q, r4_has_q, r4_ends, r4_finish;
+  event_t                       r4_q;
+  best_t                        r4_best_q;
+  rt_core_pkg::leave_t          r4_leave_q;
+  rt_core_pkg::ray_info_t       r4_ray_q;
+  rt_contract_pkg::node_index_t r4_target;
 
-  assign r3_target = parent_links_i ? r3_leave_q.node : r3_leave_q.link;
+  assign r4_target = parent_links_i ? r4_leave_q.node : r4_leave_q.link;
   // Nothing behind the exit can be nearer, or there is nowhere to go.
-  assign r3_ends = !r3_leave_q.exit.exits[0] ||
-      signed'({2'b0, r3_best_q.t}) <= signed'({r3_leave_q.exit.t_exit[27], r3_leave_q.exit.t_exit}) || r3_target == '0;
-  assign r3_finish = (r3_ray_q.any[0] && r3_has_q) || r3_q.event_code != rt_core_pkg::EventGoOn || r3_ends;
+  assign r4_ends = !r4_leave_q.exit.exits[0] ||
+      signed'({2'b0, r4_best_q.t}) <= signed'({r4_leave_q.exit.t_exit[27], r4_leave_q.exit.t_exit}) || r4_target == '0;
+  assign r4_finish = (r4_ray_q.any[0] && r4_has_q) || r4_q.event_code != rt_core_pkg::EventGoOn || r4_ends;
 
-  // --- R4: do it ---
+  // --- R5: do it ---
   logic                 return_valid_q, free_valid_q;
-  context_t             r4_context_q;
+  context_t             r5_context_q;
   rt_core_pkg::launch_t return_q;
   finish_t              finish_q, finish_out;
   assign return_valid_o   = return_valid_q;
-  assign return_context_o = r4_context_q;
+  assign return_context_o = r5_context_q;
   assign return_o         = return_q;
   assign free_valid_o     = free_valid_q;
-  assign free_context_o   = r4_context_q;
+  assign free_context_o   = r5_context_q;
   assign has_hit_o        = has_hit_q;
 
   always_ff @(posedge clk_i) begin
@@ -152,68 +157,80 @@ module rt_result_unit #(
         ctx: r0_context,
         event_code: direct_valid_i ? direct_event_i : tri_event_i
     };
-    r1_tri_q   <= tri_data_i;
-    r2_valid_q <= r1_valid_q;
-    r2_q       <= r1_q;
-    r2_tri_q   <= r1_tri_q;
-    r2_had_q   <= r1_had;
-    r2_leave_q <= r1_leave;
-    r2_ray_q   <= r1_ray;
-    r2_best_q  <= r1_best;
-    if (!r1_had) begin
-      r2_best_q    <= '0;
-      r2_best_q.t  <= r1_ray.t_max;
-      r2_best_q.id <= rt_contract_pkg::NoTriangle;
+    r1_tri_q    <= tri_data_i;
+    r1_newer_q  <= r0_newer;
+    r1_newest_q <= r3_candidate;
+    r2_valid_q  <= r1_valid_q;
+    r2_q        <= r1_q;
+    r2_tri_q    <= r1_tri_q;
+    r2_had_q    <= has_hit_q[r1_q.ctx] || r1_newer;
+    r2_leave_q  <= r1_leave;
+    r2_ray_q    <= r1_ray;
+    r2_best_q   <= r1_best;
+    r2_newer_q  <= r1_newer || r1_newer_q;
+    r2_newest_q <= r1_newer ? r3_candidate : r1_newest_q;
+    r3_valid_q  <= r2_valid_q;
+    r3_q        <= r2_q;
+    r3_tri_q    <= r2_tri_q;
+    r3_had_q    <= r2_had_q || r2_newer;
+    r3_leave_q  <= r2_leave_q;
+    r3_ray_q    <= r2_ray_q;
+    r3_best_q   <= r2_best_q;
+    if (!r2_had_q) begin
+      r3_best_q    <= '0;
+      r3_best_q.t  <= r2_ray_q.t_max;
+      r3_best_q.id <= rt_contract_pkg::NoTriangle;
     end
-    if (r1_forward) r2_best_q <= r2_candidate;
-    if (r2_accept) has_hit_q[r2_q.ctx] <= 1'b1;
+    if (r2_newer_q) r3_best_q <= r2_newest_q;
+    if (r2_newer) r3_best_q <= r3_candidate;
+    if (r3_accept) has_hit_q[r3_q.ctx] <= 1'b1;
     if (ray_valid_i) has_hit_q[ray_context_i] <= 1'b0;
 
-    r3_valid_q <= r2_valid_q && r2_q.last;
-    r3_q       <= r2_q;
-    r3_has_q   <= r2_had_q || r2_accept;
-    r3_best_q  <= r2_new;
-    r3_leave_q <= r2_leave_q;
-    r3_ray_q   <= r2_ray_q;
+    r4_valid_q <= r3_valid_q && r3_q.last;
+    r4_q       <= r3_q;
+    r4_has_q   <= r3_had_q || r3_accept;
+    r4_best_q  <= r3_new;
+    r4_leave_q <= r3_leave_q;
+    r4_ray_q   <= r3_ray_q;
 
-    return_valid_q  <= r3_valid_q && !r3_finish;
-    free_valid_q    <= r3_valid_q && r3_finish;
-    r4_context_q    <= r3_q.ctx;
-    return_q.plane  <= r3_leave_q.exit.plane;
-    return_q.face   <= r3_leave_q.exit.face;
-    return_q.t      <= r3_leave_q.exit.t_exit;
-    return_q.steps  <= r3_leave_q.steps;
+    return_valid_q  <= r4_valid_q && !r4_finish;
+    free_valid_q    <= r4_valid_q && r4_finish;
+    r5_context_q    <= r4_q.ctx;
+    return_q.plane  <= r4_leave_q.exit.plane;
+    return_q.face   <= r4_leave_q.exit.face;
+    return_q.t      <= r4_leave_q.exit.t_exit;
+    return_q.steps  <= r4_leave_q.steps;
     return_q.fault  <= rt_core_pkg::EventGoOn;
     return_q.up     <= parent_links_i;
-    return_q.parent <= r3_leave_q.parent;
-    return_q.node   <= r3_target;
-    finish_q.best   <= r3_best_q;
-    finish_q.ray    <= r3_ray_q.index;
-    if (!r3_has_q) finish_q.best.id <= '0;
-    if (r3_q.event_code == rt_core_pkg::EventGoOn || r3_q.event_code == rt_core_pkg::EventFinish || (r3_ray_q.any[0] && r3_has_q)) begin
-      finish_q.status <= rt_contract_pkg::status_t'(r3_has_q ? rt_contract_pkg::StatusHit : rt_contract_pkg::StatusMiss);
+    return_q.parent <= r4_leave_q.parent;
+    return_q.node   <= r4_target;
+    finish_q.best   <= r4_best_q;
+    finish_q.ray    <= r4_ray_q.index;
+    if (!r4_has_q) finish_q.best.id <= '0;
+    if (r4_q.event_code == rt_core_pkg::EventGoOn || r4_q.event_code == rt_core_pkg::EventFinish || (r4_ray_q.any[0] && r4_has_q)) begin
+      finish_q.status <= rt_contract_pkg::status_t'(r4_has_q ? rt_contract_pkg::StatusHit : rt_contract_pkg::StatusMiss);
     end else begin
-      finish_q.status <= r3_q.event_code;
+      finish_q.status <= r4_q.event_code;
     end
     if (!rst_ni) begin
       r1_valid_q     <= 1'b0;
       r2_valid_q     <= 1'b0;
       r3_valid_q     <= 1'b0;
+      r4_valid_q     <= 1'b0;
       return_valid_q <= 1'b0;
       free_valid_q   <= 1'b0;
     end
   end
 
   rt_ram_sdp #(
-      .Depth  (Contexts),
-      .Forward(1'b1),
-      .data_t (best_t)
+      .Depth (Contexts),
+      .data_t(best_t)
   ) u_best (
       .clk_i,
       .rst_ni,
-      .write_en_i  (r2_accept),
-      .write_addr_i(r2_q.ctx),
-      .write_data_i(r2_candidate),
+      .write_en_i  (r3_accept),
+      .write_addr_i(r3_q.ctx),
+      .write_data_i(r3_candidate),
       .read_en_i   (r0_valid),
       .read_addr_i (r0_context),
       .read_data_o (r1_best)
@@ -276,5 +293,6 @@ module rt_result_unit #(
   `RT_ASSERT(FinishHasRoom, !free_valid_o || finish_room)
   `RT_ASSERT(StartIsNotRunning, !(ray_valid_i && ((r1_valid_q && r1_q.ctx == ray_context_i) ||
                                                   (r2_valid_q && r2_q.ctx == ray_context_i) ||
-                                                  (r3_valid_q && r3_q.ctx == ray_context_i))))
+                                                  (r3_valid_q && r3_q.ctx == ray_context_i) ||
+                                                  (r4_valid_q && r4_q.ctx == ray_context_i))))
 endmodule
