@@ -1,8 +1,8 @@
 // Leaf unit: reads the record of the leaf a context has arrived at and computes where the ray leaves it.
 //
-// Purpose     One context a clock: P0 read arrival   P1 check, look up   P2, P3 -   P4 cache answers; enter rt_leaf_exit. What comes out is
-//             kept as how the leaf is left (leave_*, for the result unit) and what is to be tested (references, iter_*). Leaves without
-//             references, and contexts that end here, go to the result unit at once (out_*).
+// Purpose     One context a clock: P0 read arrival   P1 -   P2 check, look up   P3, P4 -   P5 cache
+//             answers; enter rt_leaf_exit. What comes out is kept as how the leaf is left (leave_*, for the result unit) and what is to be
+//             tested (references, iter_*). Leaves without references, and contexts that end here, go to the result unit at once (out_*).
 // Reads       As much of a record as its size code says; the code is part of the cache's key.
 // Misses      Parked in the cache and woken. Replay as in rt_lane.
 // Order       Of statuses as in hls/top/trace.cpp: index, kind, t_exit < t, count.
@@ -102,23 +102,23 @@ module rt_leaf_unit #(
       .error_o       (p0_error)
   );
 
-  // --- P1 ---
-  logic                     p1_valid_q, p1_error_q, p1_look;
-  context_t                 p1_context_q;
-  stored_t                  p1_stored;
-  rt_core_pkg::arrival_t    p1_arrival;
-  rt_contract_pkg::status_t p1_fault;
+  // --- P1, P2: the arrival is there in P2 ---
+  logic                     p1_valid_q, p1_error_q, p2_valid_q, p2_error_q, p2_look;
+  context_t                 p1_context_q, p2_context_q;
+  stored_t                  p1_stored, p2_stored_q;
+  rt_core_pkg::arrival_t    p2_arrival;
+  rt_contract_pkg::status_t p2_fault;
   always_comb begin
-    p1_fault = rt_core_pkg::EventGoOn;
-    if (p1_error_q) p1_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
-    else if (p1_stored.beyond) p1_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadIndex);
+    p2_fault = rt_core_pkg::EventGoOn;
+    if (p2_error_q) p2_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
+    else if (p2_stored_q.beyond) p2_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadIndex);
   end
-  assign p1_look = p1_valid_q && p1_fault == rt_core_pkg::EventGoOn;
+  assign p2_look = p2_valid_q && p2_fault == rt_core_pkg::EventGoOn;
 
-  rt_core_pkg::leaf_key_t p1_key;
-  assign p1_arrival   = p1_stored.arrival;
-  assign p1_key.leaf  = p1_arrival.leaf;
-  assign p1_key.beats = p1_stored.beats;
+  rt_core_pkg::leaf_key_t p2_key;
+  assign p2_arrival   = p2_stored_q.arrival;
+  assign p2_key.leaf  = p2_arrival.leaf;
+  assign p2_key.beats = p2_stored_q.beats;
 
   // What can be said of an arrival is said before it is stored: a block RAM answers late. Planes, links and kind are always read, the parent where
   // walks climb, and as many references as there are. Refs end at bits 380, 428, 452.
@@ -146,23 +146,23 @@ module rt_leaf_unit #(
       .read_data_o (p1_stored)
   );
 
-  // --- P2, P3: on the way; the ray is there in P3 ---
-  logic                     p2_valid_q, p3_valid_q;
-  context_t                 p2_context_q, p3_context_q;
-  rt_core_pkg::arrival_t    p2_arrival_q, p3_arrival_q;
-  rt_contract_pkg::status_t p2_fault_q, p3_fault_q;
-  rt_core_pkg::walk_ray_t   p3_ray;
+  // --- P3, P4: on the way; the ray is there in P4 ---
+  logic                     p3_valid_q, p4_valid_q;
+  context_t                 p3_context_q, p4_context_q;
+  rt_core_pkg::arrival_t    p3_arrival_q, p4_arrival_q;
+  rt_contract_pkg::status_t p3_fault_q, p4_fault_q;
+  rt_core_pkg::walk_ray_t   p4_ray;
 
-  logic                                  p4_here_q, p4_valid, p4_look, p4_hit, p4_replay, enter, enter_ready;
-  context_t                              p4_context_q;
-  rt_core_pkg::arrival_t                 p4_arrival_q;
-  rt_contract_pkg::status_t              p4_fault_q;
-  rt_contract_pkg::leaf_record_t         p4_leaf;
-  rt_core_pkg::walk_ray_t                p4_ray_q;
+  logic                                  p5_here_q, p5_valid, p5_look, p5_hit, p5_replay, enter, enter_ready;
+  context_t                              p5_context_q;
+  rt_core_pkg::arrival_t                 p5_arrival_q;
+  rt_contract_pkg::status_t              p5_fault_q;
+  rt_contract_pkg::leaf_record_t         p5_leaf;
+  rt_core_pkg::walk_ray_t                p5_ray_q;
   rt_contract_pkg::leaf_exit_in_record_t exit_in;
   rt_contract_pkg::leaf_exit_out_record_t exit_out;
   tag_t                                  tag_in, tag_out;
-  rt_contract_pkg::triangle_index_t      p4_count;
+  rt_contract_pkg::triangle_index_t      p5_count;
   logic                                  exit_valid, exit_take;
 
   rt_cache #(
@@ -179,13 +179,13 @@ module rt_leaf_unit #(
       .rst_ni,
       .flush_i,
       .flushing_o,
-      .req_valid_i (p1_look),
-      .req_key_i   (p1_key),
+      .req_valid_i (p2_look),
+      .req_key_i   (p2_key),
       .req_word_i  (1'b0),
-      .req_waiter_i(p1_context_q),
-      .rsp_valid_o (p4_look),
-      .rsp_hit_o   (p4_hit),
-      .rsp_data_o  (p4_leaf),
+      .req_waiter_i(p2_context_q),
+      .rsp_valid_o (p5_look),
+      .rsp_hit_o   (p5_hit),
+      .rsp_data_o  (p5_leaf),
       .wake_valid_o (wake_valid),
       .wake_ready_i (wake_ready),
       .wake_waiter_o(wake_context),
@@ -210,39 +210,39 @@ module rt_leaf_unit #(
       .write_en_i  (ray_valid_i),
       .write_addr_i(ray_context_i),
       .write_data_i(ray_i),
-      .read_en_i   (p2_valid_q),
-      .read_addr_i (p2_context_q),
-      .read_data_o (p3_ray)
+      .read_en_i   (p3_valid_q),
+      .read_addr_i (p3_context_q),
+      .read_data_o (p4_ray)
   );
 
-  // --- P4 ---
+  // --- P5 ---
   always_comb begin
     exit_in            = '0;
-    exit_in.bound      = p4_leaf.bound;
-    exit_in.origin     = p4_ray_q.origin;
-    exit_in.reciprocal = p4_ray_q.reciprocal;
-    exit_in.shift      = p4_ray_q.shift;
-    exit_in.zero       = p4_ray_q.zero;
-    exit_in.negative   = p4_ray_q.negative;
-    exit_in.t          = p4_arrival_q.t;
-    tag_in.ctx     = p4_context_q;
-    tag_in.fault       = p4_fault_q;
-    tag_in.bad_kind    = p4_leaf.kind != rt_contract_pkg::axis_t'(rt_contract_pkg::KindTriangles);
-    tag_in.steps       = p4_arrival_q.steps;
-    tag_in.count       = p4_count;
-    tag_in.node        = p4_arrival_q.node;
-    tag_in.parent      = p4_leaf.parent;
-    tag_in.upper       = ~p4_ray_q.negative;
+    exit_in.bound      = p5_leaf.bound;
+    exit_in.origin     = p5_ray_q.origin;
+    exit_in.reciprocal = p5_ray_q.reciprocal;
+    exit_in.shift      = p5_ray_q.shift;
+    exit_in.zero       = p5_ray_q.zero;
+    exit_in.negative   = p5_ray_q.negative;
+    exit_in.t          = p5_arrival_q.t;
+    tag_in.ctx     = p5_context_q;
+    tag_in.fault       = p5_fault_q;
+    tag_in.bad_kind    = p5_leaf.kind != rt_contract_pkg::axis_t'(rt_contract_pkg::KindTriangles);
+    tag_in.steps       = p5_arrival_q.steps;
+    tag_in.count       = p5_count;
+    tag_in.node        = p5_arrival_q.node;
+    tag_in.parent      = p5_leaf.parent;
+    tag_in.upper       = ~p5_ray_q.negative;
     for (int unsigned axis = 0; axis < 3; axis++) begin
-      tag_in.link[axis] = p4_ray_q.negative[axis] ? p4_leaf.link[2*axis] : p4_leaf.link[2*axis+1];
+      tag_in.link[axis] = p5_ray_q.negative[axis] ? p5_leaf.link[2*axis] : p5_leaf.link[2*axis+1];
     end
   end
-  assign p4_count  = p4_arrival_q.size < rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong) ?
-                       rt_contract_pkg::triangle_index_t'(p4_arrival_q.size) : p4_leaf.count;
+  assign p5_count  = p5_arrival_q.size < rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong) ?
+                       rt_contract_pkg::triangle_index_t'(p5_arrival_q.size) : p5_leaf.count;
   // Without a look-up there is a fault; after a miss the cache has the context.
-  assign p4_valid  = p4_here_q && (!p4_look || p4_hit);
-  assign enter     = p4_valid && enter_ready;
-  assign p4_replay = p4_valid && !enter_ready;
+  assign p5_valid  = p5_here_q && (!p5_look || p5_hit);
+  assign enter     = p5_valid && enter_ready;
+  assign p5_replay = p5_valid && !enter_ready;
 
   rt_leaf_exit #(
       .tag_t(tag_t)
@@ -259,12 +259,12 @@ module rt_leaf_unit #(
       .out_tag_o  (tag_out)
   );
   assign references_valid_o   = enter;
-  assign references_context_o = p4_context_q;
+  assign references_context_o = p5_context_q;
   assign references_o = '{
-          steps: p4_arrival_q.steps,
-          list_base: p4_leaf.list_base,
-          count: p4_count,
-          refs: p4_leaf.refs
+          steps: p5_arrival_q.steps,
+          list_base: p5_leaf.list_base,
+          count: p5_count,
+          refs: p5_leaf.refs
       };
 
   // --- what the stage says ---
@@ -308,34 +308,39 @@ module rt_leaf_unit #(
     p1_error_q   <= p0_error;
     p1_context_q <= p0_context;
     p2_valid_q   <= p1_valid_q;
+    p2_error_q   <= p1_error_q;
     p2_context_q <= p1_context_q;
-    p2_arrival_q <= p1_arrival;
-    p2_fault_q   <= p1_fault;
+    p2_stored_q  <= p1_stored;
     p3_valid_q   <= p2_valid_q;
     p3_context_q <= p2_context_q;
-    p3_arrival_q <= p2_arrival_q;
-    p3_fault_q   <= p2_fault_q;
-    p4_here_q    <= p3_valid_q;
+    p3_arrival_q <= p2_arrival;
+    p3_fault_q   <= p2_fault;
+    p4_valid_q   <= p3_valid_q;
     p4_context_q <= p3_context_q;
     p4_arrival_q <= p3_arrival_q;
     p4_fault_q   <= p3_fault_q;
-    p4_ray_q     <= p3_ray;
-    replay_q         <= p4_replay;
-    replay_context_q <= p4_context_q;
-    replay_error_q   <= p4_fault_q == rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
+    p5_here_q    <= p4_valid_q;
+    p5_context_q <= p4_context_q;
+    p5_arrival_q <= p4_arrival_q;
+    p5_fault_q   <= p4_fault_q;
+    p5_ray_q     <= p4_ray;
+    replay_q         <= p5_replay;
+    replay_context_q <= p5_context_q;
+    replay_error_q   <= p5_fault_q == rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
     if (!rst_ni) begin
       p1_valid_q <= 1'b0;
       p2_valid_q <= 1'b0;
       p3_valid_q <= 1'b0;
-      p4_here_q  <= 1'b0;
+      p4_valid_q <= 1'b0;
+      p5_here_q  <= 1'b0;
       replay_q   <= 1'b0;
     end
   end
 
-  assign events_o.hit     = p4_look && p4_hit;
+  assign events_o.hit     = p5_look && p5_hit;
   assign events_o.busy    = enter;
   assign events_o.starved = !p0_valid;
-  assign leaf_o           = enter && p4_fault_q == rt_core_pkg::EventGoOn;
+  assign leaf_o           = enter && p5_fault_q == rt_core_pkg::EventGoOn;
 
   // The face belongs to the side the ray moves to, so the three links kept are enough.
   `RT_ASSERT(FaceIsOnExitSide, !exit_valid || !exit_out.exits || exit_out.face[0] == tag_out.upper[exit_out.face[2:1]])
