@@ -1,6 +1,6 @@
 """Yosys' synthesis for an ECP5, with what its technology mapping does not know of the part.
 
-usage: python synthesis.py --top MODULE --read COMMAND --output NETLIST.json   (in the environment that has pyosys; scripts/bitstream runs it)
+usage: python synthesis.py --top MODULE --read COMMAND --output NETLIST.json [--floorplan FILE]   (in the environment that has pyosys; scripts/bitstream runs it)
 
 Mapping trades depth for area where a path has time left, and makes the rest as shallow as it can. It takes the way between two LUTs for shorter than
 it is on a full part, and does not know that the output of a block RAM comes late, so that a path behind one was made as deep as any other. Here
@@ -8,6 +8,7 @@ the way has WIRE_PS, and each output of a block RAM goes through a cell with a d
 """
 import argparse
 import re
+import tomllib
 
 from pyosys import libyosys as ys
 
@@ -179,10 +180,45 @@ def delay_block_rams(design):
     print("synthesis: %d block RAMs answer late" % len(cells))
 
 
+def site_names(sites, row):
+    """BELs of a row, from the left."""
+    return ["X%d/Y%d/%s" % (group + column, row, bel) for group in sites["groups"] for bel, column in sites["bels"].items()]
+
+
+def natural(name):
+    """Sorts by what a cell belongs to, the numbers as numbers, the way of a cache last."""
+    way = re.search(r"gen_way\[(\d+)\]", name)
+    plain = re.sub(r"gen_way\[\d+\]", "", name)
+    return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", plain)], way.group(1) if way else ""
+
+
+def place(design, path):
+    """Gives block RAMs and multipliers the places of a floorplan; a place is given once."""
+    with open(path, "rb") as file:
+        plan = tomllib.load(file)
+    taken, placed = set(), set()
+    for entry in plan["place"]:
+        cells = [cell for cell in cells_of(design.top_module(), "\\" + entry["kind"])
+                 if re.search(entry["cells"], cell.name.str()) and cell.name.str() not in placed]
+        rows = [site_names(plan["sites"][entry["kind"]], row)[entry["first"]:] for row in entry["rows"]]
+        lists = [[] for _ in rows]
+        for number, cell in enumerate(sorted(cells, key=lambda cell: natural(cell.name.str()))):
+            way = re.search(r"gen_way\[(\d+)\]", cell.name.str())
+            split = entry.get("split")
+            lists[int(way.group(1)) if split == "way" else number // 4 % len(rows) if split == "fours" else 0].append(cell)
+        for row, members in zip(rows, lists):
+            for bel, cell in zip([bel for bel in row if bel not in taken], members):
+                taken.add(bel)
+                placed.add(cell.name.str())
+                cell.set_string_attribute(ys.IdString("\\BEL"), bel)
+    print("synthesis: %d block RAMs and multipliers have a place" % len(placed))
+
+
 parser = argparse.ArgumentParser()
 parser.add_argument("--top", required=True)
 parser.add_argument("--read", required=True)
 parser.add_argument("--output", required=True)
+parser.add_argument("--floorplan", help="places of block RAMs and multipliers, as constraints/lfe5u-85f.toml")
 arguments = parser.parse_args()
 
 design = ys.Design()
@@ -195,4 +231,6 @@ delay_block_rams(design)
 ys.run_pass("synth_ecp5 -run map_luts:map_cells -top " + arguments.top, design)
 read_text(design, "wire", WIRE, "techmap -map")
 ys.run_pass("synth_ecp5 -run map_cells: -top " + arguments.top, design)
+if arguments.floorplan:
+    place(design, arguments.floorplan)
 ys.run_pass("write_json " + arguments.output, design)
