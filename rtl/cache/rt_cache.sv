@@ -298,7 +298,17 @@ module rt_cache #(
   end
   assign miss_o = allocate;
 
-  // --- who waits ---
+  // --- who waits; the list of a miss register begins a clock after it was taken, before anybody can join it ---
+  logic    opened_q;
+  mshr_t   opened_mshr_q;
+  waiter_t opened_waiter_q;
+  port_t   opened_port_q;
+  always_ff @(posedge clk_i) begin
+    opened_q        <= allocate && rst_ni;
+    opened_mshr_q   <= free_q;
+    opened_waiter_q <= on_waiter_q;
+    opened_port_q   <= on_port_q;
+  end
   localparam int unsigned WokenBits = $clog2(RetryClocks + 1);
   logic [Ports-1:0]       later_left, retry, retried;
   logic [RetryClocks-1:0] woken_q;
@@ -342,9 +352,9 @@ module rt_cache #(
     ) u_waiters (
         .clk_i,
         .rst_ni,
-        .open_valid_i  (allocate && on_port_q == port_t'(p)),
-        .open_mshr_i   (free_q),
-        .open_waiter_i (on_waiter_q),
+        .open_valid_i  (opened_q && opened_port_q == port_t'(p)),
+        .open_mshr_i   (opened_mshr_q),
+        .open_waiter_i (opened_waiter_q),
         .park_valid_i  (park4_q[p] && !finishes),
         .park_mshr_i   (where4_q[p]),
         .park_waiter_i (waiter4_q[p]),

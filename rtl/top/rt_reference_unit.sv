@@ -203,6 +203,7 @@ module rt_reference_unit #(
   rt_contract_pkg::triangle_index_t i6_next_q, i6_count_q;
   logic                             i6_known, i6_look;
   logic [Contexts-1:0]              any_q;  // rays that any hit will do for
+  logic                             i5_any_q, i5_has_hit_q;
 
   always_comb begin
     i6_event = i6_event_q;
@@ -370,6 +371,7 @@ module rt_reference_unit #(
     } mail_t;
     mail_t               i5_stored, i6_mail_q, i7_mail_q, i8_mail_q, i9_mail_q, i9_mail;
     logic [Contexts-1:0] fresh_q;  // nothing tested for this ray
+    logic                i5_fresh_q;
 
     always_comb begin
       i6_known = 1'b0;
@@ -393,7 +395,8 @@ module rt_reference_unit #(
         .read_data_o (i5_stored)
     );
     always_ff @(posedge clk_i) begin
-      i6_mail_q <= fresh_q[i5_context_q] ? '0 : i5_stored;
+      i5_fresh_q <= fresh_q[i4_context_q];
+      i6_mail_q <= i5_fresh_q ? '0 : i5_stored;
       i7_mail_q <= i6_mail_q;
       i8_mail_q <= i7_mail_q;
       i9_mail_q <= i8_mail_q;
@@ -453,7 +456,9 @@ module rt_reference_unit #(
     i5_count_q       <= i4_count_q;
     i6_valid_q       <= i5_valid;
     i6_context_q     <= i5_context_q;
-    i6_killed_q      <= any_q[i5_context_q] && has_hit_i[i5_context_q];
+    i5_any_q         <= any_q[i4_context_q];
+    i5_has_hit_q     <= has_hit_i[i4_context_q];
+    i6_killed_q      <= i5_any_q && i5_has_hit_q;
     i6_event_q       <= i5_event_q;
     i6_index_q       <= i5_from_list_q ? i5_entries[i5_entry_q] : EntryBits'(i5_inline_q);
     i6_next_q        <= i5_next_q;
