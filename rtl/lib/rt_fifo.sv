@@ -29,18 +29,21 @@ module rt_fifo #(
   localparam logic [PtrBits-1:0] Last = PtrBits'(Depth - 1);
 
   logic [PtrBits-1:0] write_ptr_q, read_ptr_q;
-  logic [UsageBits-1:0] usage_q, usage_d;
+  logic [UsageBits-1:0] usage_q;
   logic full_q;
-  logic push, pop;
+  logic push, pop, grows, shrinks;
 
   assign in_ready_o = !full_q;
   assign push = in_valid_i && in_ready_o;
   assign usage_o = usage_q;
-  assign usage_d = usage_q + UsageBits'(push) - UsageBits'(pop);
+  // push and pop may come late: what they lead to is found beside them.
+  assign grows   = push && !pop;
+  assign shrinks = pop && !push;
 
   always_ff @(posedge clk_i) begin
-    usage_q <= usage_d;
-    full_q  <= usage_d == UsageBits'(Depth);
+    if (grows) usage_q <= usage_q + 1'b1;
+    if (shrinks) usage_q <= usage_q - 1'b1;
+    full_q <= grows ? usage_q == UsageBits'(Depth - 1) : full_q && !shrinks;
     if (push) write_ptr_q <= write_ptr_q == Last ? '0 : write_ptr_q + 1'b1;
     if (pop) read_ptr_q <= read_ptr_q == Last ? '0 : read_ptr_q + 1'b1;
     if (!rst_ni) begin
@@ -114,7 +117,7 @@ module rt_fifo #(
 
     always_ff @(posedge clk_i) begin
       if (push) mem_q[write_ptr_q] <= in_data_i;
-      empty_q <= usage_d == '0;
+      empty_q <= shrinks ? usage_q == UsageBits'(1) : empty_q && !grows;
       if (!rst_ni) empty_q <= 1'b1;
     end
   end

@@ -43,7 +43,7 @@ module rt_pipe_ctrl #(
   (* ram_style = "distributed" *) tag_t tag_mem_q[Credits];
   (* ram_style = "distributed" *) data_t data_mem_q[Credits];
   logic [PtrBits-1:0] enter_ptr_q, done_ptr_q, leave_ptr_q;
-  logic [CountBits-1:0] credit_q, credit_d, held_q, held_d;
+  logic [CountBits-1:0] credit_q, held_q;
   logic [Latency-1:0] flight_q;
   logic in_ready_q, out_valid_q;
   logic enter, done, leave;
@@ -54,8 +54,6 @@ module rt_pipe_ctrl #(
   assign enter_o     = enter;
   assign done        = flight_q[Latency-1];
   assign leave       = out_valid_q && out_ready_i;
-  assign credit_d    = credit_q - CountBits'(enter) + CountBits'(leave);
-  assign held_d      = held_q + CountBits'(done) - CountBits'(leave);
   assign out_tag_o   = tag_mem_q[leave_ptr_q];
   assign out_data_o  = data_mem_q[leave_ptr_q];
 
@@ -90,10 +88,13 @@ module rt_pipe_ctrl #(
       done_ptr_q             <= done_ptr_q == Last ? '0 : done_ptr_q + 1'b1;
     end
     if (leave) leave_ptr_q <= leave_ptr_q == Last ? '0 : leave_ptr_q + 1'b1;
-    credit_q    <= credit_d;
-    held_q      <= held_d;
-    in_ready_q  <= credit_d != '0 && !busy_next;
-    out_valid_q <= held_d != '0;
+    // enter and leave may come late: what they lead to is found beside them.
+    if (enter && !leave) credit_q <= credit_q - 1'b1;
+    if (leave && !enter) credit_q <= credit_q + 1'b1;
+    if (done && !leave) held_q <= held_q + 1'b1;
+    if (leave && !done) held_q <= held_q - 1'b1;
+    in_ready_q  <= (leave || credit_q != CountBits'(enter)) && !busy_next;
+    out_valid_q <= done || (leave ? held_q > CountBits'(1) : held_q != '0);
     if (!rst_ni) begin
       enter_ptr_q <= '0;
       done_ptr_q  <= '0;

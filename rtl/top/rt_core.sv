@@ -43,8 +43,7 @@ module rt_core #(
     input  logic                               read_ready_i,
     output rt_core_pkg::read_request_t         read_o,
     // Answers, always taken.
-    input  logic                               fill_valid_i,
-    input  logic [rt_core_pkg::SourceBits-1:0] fill_source_i,
+    input  logic [rt_core_pkg::Sources-1:0]    fill_valid_i,  // one bit for each source of requests
     input  logic [rt_core_pkg::MshrIdBits-1:0] fill_mshr_i,
     input  logic [DataBits-1:0]                fill_data_i,
     input  logic                               fill_last_i,
@@ -81,7 +80,7 @@ module rt_core #(
 
   // --- read requests: one round-robin choice of all units, which have a register each, behind the sum that is the address ---
   localparam int unsigned Sources = rt_core_pkg::Sources;
-  logic [Sources-1:0]         source_valid, source_ready, waiting_valid, waiting_ready, fill_valid;
+  logic [Sources-1:0]         source_valid, source_ready, waiting_valid, waiting_ready;
   rt_core_pkg::read_request_t source_request[Sources], waiting_request[Sources];
   for (genvar s = 0; s < int'(Sources); s++) begin : gen_request
     rt_skid #(
@@ -112,10 +111,6 @@ module rt_core #(
       .out_data_o (read_o),
       .out_index_o(read_index_unused)
   );
-  for (genvar s = 0; s < int'(Sources); s++) begin : gen_fill
-    assign fill_valid[s] = fill_valid_i && fill_source_i == rt_core_pkg::SourceBits'(s);
-  end
-
   function automatic rt_core_pkg::read_request_t request(logic [rt_core_pkg::AddrBits-1:0] base, logic [29:0] offset,
                                                          int unsigned bytes, int unsigned source,
                                                          logic [rt_core_pkg::MshrIdBits-1:0] mshr);
@@ -124,6 +119,13 @@ module rt_core #(
     request.source = rt_core_pkg::SourceBits'(source);
     request.mshr   = mshr;
   endfunction
+
+  // What the host sets before the start, once more on its way.
+  logic parent_links_q, mailbox_q;
+  always_ff @(posedge clk_i) begin
+    parent_links_q <= parent_links_i;
+    mailbox_q      <= mailbox_i;
+  end
 
   // --- control ---
   rt_core_pkg::unit_events_t lane_events[Lanes];
@@ -146,7 +148,7 @@ module rt_core #(
       .fetch_valid_o     (source_valid[rt_core_pkg::SourceHeader]),
       .fetch_ready_i     (source_ready[rt_core_pkg::SourceHeader]),
       .fetch_o           (source_request[rt_core_pkg::SourceHeader]),
-      .fill_valid_i      (fill_valid[rt_core_pkg::SourceHeader]),
+      .fill_valid_i      (fill_valid_i[rt_core_pkg::SourceHeader]),
       .fill_data_i,
       .fill_last_i,
       .fill_error_i,
@@ -193,7 +195,7 @@ module rt_core #(
       .fetch_valid_o   (source_valid[rt_core_pkg::SourceRay]),
       .fetch_ready_i   (source_ready[rt_core_pkg::SourceRay]),
       .fetch_o         (source_request[rt_core_pkg::SourceRay]),
-      .fill_valid_i    (fill_valid[rt_core_pkg::SourceRay]),
+      .fill_valid_i    (fill_valid_i[rt_core_pkg::SourceRay]),
       .fill_data_i,
       .fill_error_i,
       .launch_valid_o  (ray_valid),
@@ -230,6 +232,17 @@ module rt_core #(
     test_ray_q       <= test_ray;
     ray_info_q       <= ray_info;
   end
+  // A second one for leaves and references, and in every lane.
+  logic                   stored_ray_q;
+  context_t               stored_context_q;
+  rt_core_pkg::walk_ray_t stored_walk_q;
+  rt_core_pkg::test_ray_t stored_test_q;
+  always_ff @(posedge clk_i) begin
+    stored_ray_q     <= launch_ray_q && rst_ni;
+    stored_context_q <= launch_context_q;
+    stored_walk_q    <= walk_ray_q;
+    stored_test_q    <= test_ray_q;
+  end
 
   // --- lanes ---
   typedef struct packed {
@@ -253,24 +266,51 @@ module rt_core #(
   endfunction
   arrival_t         out_arrival[Lanes];
   for (genvar l = 0; l < int'(Lanes); l++) begin : gen_lane
-    logic [LaneContextBits-1:0]         out_context;
+    logic                               lane_valid_q, lane_ray_q;
+    logic [LaneContextBits-1:0]         lane_context_q, out_context;
+    rt_core_pkg::launch_t               lane_launch_q;
+    rt_core_pkg::walk_ray_t             lane_walk_q;
+    arrival_t                           lane_arrival;
+    logic                               lane_out_valid, lane_out_ready;
     rt_contract_pkg::pair_index_t       pair;
-    assign out_arrival[l].ctx = out_context_of(l, out_context);
+    // Loaded for this lane only.
+    always_ff @(posedge clk_i) begin
+      lane_valid_q <= launch_valid_q[l] && rst_ni;
+      if (launch_valid_q[l]) begin
+        lane_ray_q     <= launch_ray_q;
+        lane_context_q <= launch_context_q[LaneContextBits-1:0];
+        lane_launch_q  <= launch_q;
+        lane_walk_q    <= walk_ray_q;
+      end
+    end
+    assign lane_arrival.ctx = out_context_of(l, out_context);
+    rt_skid #(
+        .data_t(arrival_t)
+    ) u_arrival_skid (
+        .clk_i,
+        .rst_ni,
+        .in_valid_i (lane_out_valid),
+        .in_ready_o (lane_out_ready),
+        .in_data_i  (lane_arrival),
+        .out_valid_o(out_valid[l]),
+        .out_ready_i(out_ready[l]),
+        .out_data_o (out_arrival[l])
+    );
     rt_lane #(
         .Config(Config)
     ) u_lane (
         .clk_i,
         .rst_ni,
         .view_i          (view),
-        .ray_valid_i     (launch_valid_q[l] && launch_ray_q),
-        .ray_i           (walk_ray_q),
-        .launch_valid_i  (launch_valid_q[l]),
-        .launch_context_i(launch_context_q[LaneContextBits-1:0]),
-        .launch_i        (launch_q),
-        .out_valid_o     (out_valid[l]),
-        .out_ready_i     (out_ready[l]),
+        .ray_valid_i     (lane_valid_q && lane_ray_q),
+        .ray_i           (lane_walk_q),
+        .launch_valid_i  (lane_valid_q),
+        .launch_context_i(lane_context_q),
+        .launch_i        (lane_launch_q),
+        .out_valid_o     (lane_out_valid),
+        .out_ready_i     (lane_out_ready),
         .out_context_o   (out_context),
-        .out_data_o      (out_arrival[l].arrival),
+        .out_data_o      (lane_arrival.arrival),
         .look_valid_o    (look_valid[l]),
         .look_pair_o     (pair),
         .look_context_o  (look_waiter[l]),
@@ -324,7 +364,7 @@ module rt_core #(
       .fetch_key_o  (node_key),
       .fetch_mshr_o (node_mshr),
       .miss_o       (node_miss),
-      .fill_valid_i (fill_valid[rt_core_pkg::SourceNode]),
+      .fill_valid_i (fill_valid_i[rt_core_pkg::SourceNode]),
       .fill_mshr_i,
       .fill_data_i,
       .fill_last_i,
@@ -334,8 +374,8 @@ module rt_core #(
       view.pair_base, 30'({node_key, (LinePairBits + 4)'(0)}), 16 * LinePairs, rt_core_pkg::SourceNode, node_mshr);
 
   // --- arrivals: to the leaf unit, or straight to the result unit ---
-  logic     arrival_valid, arrival_ready, arrival_ends;
-  arrival_t arrival;
+  logic     first_valid, first_ready, arrival_valid, arrival_ready, arrival_ends;
+  arrival_t first_arrival, arrival;
   rt_arbiter #(
       .NumInputs(Lanes),
       .data_t   (arrival_t)
@@ -346,10 +386,22 @@ module rt_core #(
       .in_ready_o (out_ready),
       .in_data_i  (out_arrival),
       .in_last_i  ('1),
+      .out_valid_o(first_valid),
+      .out_ready_i(first_ready),
+      .out_data_o (first_arrival),
+      .out_index_o(arrival_index_unused)
+  );
+  rt_skid #(
+      .data_t(arrival_t)
+  ) u_arrival_skid (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (first_valid),
+      .in_ready_o (first_ready),
+      .in_data_i  (first_arrival),
       .out_valid_o(arrival_valid),
       .out_ready_i(arrival_ready),
-      .out_data_o (arrival),
-      .out_index_o(arrival_index_unused)
+      .out_data_o (arrival)
   );
   assign arrival_ends = arrival.arrival.event_code != rt_core_pkg::EventGoOn;
 
@@ -407,10 +459,10 @@ module rt_core #(
       .flush_i             (flush),
       .flushing_o          (flushing[1]),
       .view_i              (view),
-      .parent_links_i,
-      .ray_valid_i         (launch_ray_q),
-      .ray_context_i       (launch_context_q),
-      .ray_i               (walk_ray_q),
+      .parent_links_i      (parent_links_q),
+      .ray_valid_i         (stored_ray_q),
+      .ray_context_i       (stored_context_q),
+      .ray_i               (stored_walk_q),
       .in_valid_i          (arrival_valid && !arrival_ends),
       .in_context_i        (arrival.ctx),
       .in_data_i           (arrival.arrival),
@@ -430,7 +482,7 @@ module rt_core #(
       .fetch_ready_i       (source_ready[rt_core_pkg::SourceLeaf]),
       .fetch_key_o         (leaf_key),
       .fetch_mshr_o        (leaf_mshr),
-      .fill_valid_i        (fill_valid[rt_core_pkg::SourceLeaf]),
+      .fill_valid_i        (fill_valid_i[rt_core_pkg::SourceLeaf]),
       .fill_mshr_i,
       .fill_data_i,
       .fill_last_i,
@@ -475,10 +527,10 @@ module rt_core #(
       .flush_i               (flush),
       .flushing_o            (flushing[2]),
       .view_i                (view),
-      .mailbox_i,
-      .ray_valid_i           (launch_ray_q),
-      .ray_context_i         (launch_context_q),
-      .ray_i                 (test_ray_q),
+      .mailbox_i             (mailbox_q),
+      .ray_valid_i           (stored_ray_q),
+      .ray_context_i         (stored_context_q),
+      .ray_i                 (stored_test_q),
       .references_valid_i    (references_valid_q),
       .references_context_i  (references_context_q),
       .references_i          (references_q),
@@ -496,12 +548,12 @@ module rt_core #(
       .list_fetch_ready_i    (source_ready[rt_core_pkg::SourceList]),
       .list_fetch_key_o      (list_key),
       .list_fetch_mshr_o     (list_mshr),
-      .list_fill_valid_i     (fill_valid[rt_core_pkg::SourceList]),
+      .list_fill_valid_i     (fill_valid_i[rt_core_pkg::SourceList]),
       .triangle_fetch_valid_o(source_valid[rt_core_pkg::SourceTriangle]),
       .triangle_fetch_ready_i(source_ready[rt_core_pkg::SourceTriangle]),
       .triangle_fetch_key_o  (triangle_key),
       .triangle_fetch_mshr_o (triangle_mshr),
-      .triangle_fill_valid_i (fill_valid[rt_core_pkg::SourceTriangle]),
+      .triangle_fill_valid_i (fill_valid_i[rt_core_pkg::SourceTriangle]),
       .fill_mshr_i,
       .fill_data_i,
       .fill_last_i,
@@ -516,15 +568,33 @@ module rt_core #(
   assign source_request[rt_core_pkg::SourceTriangle] =
       request(view.triangle_base, {triangle_key, {rt_core_pkg::LineShift{1'b0}}}, rt_contract_pkg::TriangleUsedBits / 8, rt_core_pkg::SourceTriangle, triangle_mshr);
 
+  typedef struct packed {
+    test_tag_t                            tag;
+    rt_contract_pkg::tri_test_in_record_t data;
+  } test_t;
+  test_t entering;
+  logic  entering_valid, entering_ready;
+  rt_skid #(
+      .data_t(test_t)
+  ) u_test_skid (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (test_valid),
+      .in_ready_o (test_ready),
+      .in_data_i  ('{tag: test_tag, data: test_data}),
+      .out_valid_o(entering_valid),
+      .out_ready_i(entering_ready),
+      .out_data_o (entering)
+  );
   rt_tri_test #(
       .tag_t(test_tag_t)
   ) u_tri_test (
       .clk_i,
       .rst_ni,
-      .in_valid_i (test_valid),
-      .in_ready_o (test_ready),
-      .in_data_i  (test_data),
-      .in_tag_i   (test_tag),
+      .in_valid_i (entering_valid),
+      .in_ready_o (entering_ready),
+      .in_data_i  (entering.data),
+      .in_tag_i   (entering.tag),
       .out_valid_o(tri_valid),
       .out_ready_i(tri_ready),
       .out_data_o (tri_data),
@@ -540,7 +610,7 @@ module rt_core #(
   ) u_results (
       .clk_i,
       .rst_ni,
-      .parent_links_i,
+      .parent_links_i      (parent_links_q),
       .ray_valid_i     (launch_ray_q),
       .ray_context_i   (launch_context_q),
       .ray_i           (ray_info_q),
@@ -600,37 +670,39 @@ module rt_core #(
   assign reference_blocked = !reference_events.busy && !reference_events.starved;
   assign test_busy         = test_valid;
   assign test_starved      = !test_valid && reference_events.starved;
+  logic [CounterStepBits-1:0] counter_step[CounterCount];
+  always_ff @(posedge clk_i) counter_step_o <= counter_step;
   always_comb begin
-    for (int unsigned i = 0; i < CounterCount; i++) counter_step_o[i] = '0;
-    counter_step_o[0]  = one(1'b1);
-    counter_step_o[1]  = one(hit_taken);
-    counter_step_o[2]  = one(hit_fault);
-    counter_step_o[3]  = CounterStepBits'($countones(lane_down));
-    counter_step_o[4]  = CounterStepBits'($countones(lane_up));
-    counter_step_o[5]  = one(leaf_counted);
-    counter_step_o[6]  = one(test_valid && test_tag.test);
-    counter_step_o[7]  = one(skipped);
-    counter_step_o[8]  = CounterStepBits'($countones(lane_hit));
-    counter_step_o[9]  = one(node_miss);
-    counter_step_o[10] = one(leaf_events.hit);
-    counter_step_o[11] = one(leaf_events.miss);
-    counter_step_o[12] = one(list_hit);
-    counter_step_o[13] = one(list_miss);
-    counter_step_o[14] = one(reference_events.hit);
-    counter_step_o[15] = one(reference_events.miss);
+    for (int unsigned i = 0; i < CounterCount; i++) counter_step[i] = '0;
+    counter_step[0]  = one(1'b1);
+    counter_step[1]  = one(hit_taken);
+    counter_step[2]  = one(hit_fault);
+    counter_step[3]  = CounterStepBits'($countones(lane_down));
+    counter_step[4]  = CounterStepBits'($countones(lane_up));
+    counter_step[5]  = one(leaf_counted);
+    counter_step[6]  = one(test_valid && test_tag.test);
+    counter_step[7]  = one(skipped);
+    counter_step[8]  = CounterStepBits'($countones(lane_hit));
+    counter_step[9]  = one(node_miss);
+    counter_step[10] = one(leaf_events.hit);
+    counter_step[11] = one(leaf_events.miss);
+    counter_step[12] = one(list_hit);
+    counter_step[13] = one(list_miss);
+    counter_step[14] = one(reference_events.hit);
+    counter_step[15] = one(reference_events.miss);
     // 16, 17, 27 .. 29: the bus, in rt_top.
-    counter_step_o[18] = CounterStepBits'($countones(lane_busy));
-    counter_step_o[19] = CounterStepBits'($countones(lane_starved));
-    counter_step_o[20] = CounterStepBits'($countones(~(lane_busy | lane_starved)));
-    counter_step_o[21] = one(leaf_events.busy);
-    counter_step_o[22] = one(!leaf_events.busy && leaf_events.starved);
-    counter_step_o[23] = one(leaf_blocked);
-    counter_step_o[24] = one(test_busy);
-    counter_step_o[25] = one(test_starved);
-    counter_step_o[26] = one(!test_busy && !test_starved);
-    counter_step_o[30] = one(reference_events.busy);
-    counter_step_o[31] = one(!reference_events.busy && reference_events.starved);
-    counter_step_o[32] = one(reference_blocked);
-    counter_step_o[33] = CounterStepBits'(contexts_used);
+    counter_step[18] = CounterStepBits'($countones(lane_busy));
+    counter_step[19] = CounterStepBits'($countones(lane_starved));
+    counter_step[20] = CounterStepBits'($countones(~(lane_busy | lane_starved)));
+    counter_step[21] = one(leaf_events.busy);
+    counter_step[22] = one(!leaf_events.busy && leaf_events.starved);
+    counter_step[23] = one(leaf_blocked);
+    counter_step[24] = one(test_busy);
+    counter_step[25] = one(test_starved);
+    counter_step[26] = one(!test_busy && !test_starved);
+    counter_step[30] = one(reference_events.busy);
+    counter_step[31] = one(!reference_events.busy && reference_events.starved);
+    counter_step[32] = one(reference_blocked);
+    counter_step[33] = CounterStepBits'(contexts_used);
   end
 endmodule

@@ -146,12 +146,12 @@ module rt_leaf_unit #(
       .read_data_o (p1_stored)
   );
 
-  // --- P3, P4: on the way; the ray is there in P4 ---
+  // --- P3, P4: on the way; the ray is there in P3 ---
   logic                     p3_valid_q, p4_valid_q;
   context_t                 p3_context_q, p4_context_q;
   rt_core_pkg::arrival_t    p3_arrival_q, p4_arrival_q;
   rt_contract_pkg::status_t p3_fault_q, p4_fault_q;
-  rt_core_pkg::walk_ray_t   p4_ray;
+  rt_core_pkg::walk_ray_t   p3_ray, p4_ray_q;
 
   logic                                  p5_here_q, p5_valid, p5_look, p5_hit, p5_replay, enter, enter_ready;
   context_t                              p5_context_q;
@@ -210,9 +210,9 @@ module rt_leaf_unit #(
       .write_en_i  (ray_valid_i),
       .write_addr_i(ray_context_i),
       .write_data_i(ray_i),
-      .read_en_i   (p3_valid_q),
-      .read_addr_i (p3_context_q),
-      .read_data_o (p4_ray)
+      .read_en_i   (p2_valid_q),
+      .read_addr_i (p2_context_q),
+      .read_data_o (p3_ray)
   );
 
   // --- P5 ---
@@ -323,7 +323,8 @@ module rt_leaf_unit #(
     p5_context_q <= p4_context_q;
     p5_arrival_q <= p4_arrival_q;
     p5_fault_q   <= p4_fault_q;
-    p5_ray_q     <= p4_ray;
+    p4_ray_q     <= p3_ray;
+    p5_ray_q     <= p4_ray_q;
     replay_q         <= p5_replay;
     replay_context_q <= p5_context_q;
     replay_error_q   <= p5_fault_q == rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);

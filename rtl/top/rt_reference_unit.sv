@@ -214,12 +214,12 @@ module rt_reference_unit #(
   end
   assign i6_look = i6_valid_q && i6_event == rt_core_pkg::EventGoOn && !i6_known;
 
-  // --- I7, I8: on the way; the ray is there in I8 ---
+  // --- I7, I8: on the way; the ray is there in I7 ---
   logic                             i7_valid_q, i7_known_q, i8_valid_q, i8_known_q;
   context_t                         i7_context_q, i8_context_q;
   status_t                          i7_event_q, i8_event_q;
   rt_contract_pkg::triangle_index_t i7_index_q, i7_after_q, i7_count_q, i8_index_q, i8_after_q, i8_count_q;
-  rt_core_pkg::test_ray_t           i8_ray;
+  rt_core_pkg::test_ray_t           i7_ray, i8_ray_q;
 
   // --- I9: the triangle is there: send and note ---
   logic                              i9_here_q, i9_valid, i9_look, i9_hit, i9_missed;
@@ -275,10 +275,14 @@ module rt_reference_unit #(
       .write_en_i  (ray_valid_i),
       .write_addr_i(ray_context_i),
       .write_data_i(ray_i),
-      .read_en_i   (i7_valid_q),
-      .read_addr_i (i7_context_q),
-      .read_data_o (i8_ray)
+      .read_en_i   (i6_valid_q),
+      .read_addr_i (i6_context_q),
+      .read_data_o (i7_ray)
   );
+  // What is noted of a reference is noted a clock later.
+  logic                             done_q, done_missed_q, done_test_q;
+  context_t                         done_context_q;
+  rt_contract_pkg::triangle_index_t done_after_q, done_index_q;
   // The list begins behind the references in the record; before the first entry its base is negative.
   assign references_kept.references   = references_i;
   assign references_kept.before_list = (rt_contract_pkg::ListIndexBits + 1)'(references_i.list_base) -
@@ -332,9 +336,9 @@ module rt_reference_unit #(
   ) u_next (
       .clk_i,
       .rst_ni,
-      .write_en_i  (i9_done),
-      .write_addr_i(i9_context_q),
-      .write_data_i(i9_after_q),
+      .write_en_i  (done_q),
+      .write_addr_i(done_context_q),
+      .write_data_i(done_after_q),
       .read_en_i   (i0_valid),
       .read_addr_i (i0_context),
       .read_data_o (i1_stored)
@@ -348,16 +352,16 @@ module rt_reference_unit #(
   ) u_resolved (
       .clk_i,
       .rst_ni,
-      .write_en_i  (i9_missed),
-      .write_addr_i(i9_context_q),
-      .write_data_i(i9_index_q),
+      .write_en_i  (done_missed_q),
+      .write_addr_i(done_context_q),
+      .write_data_i(done_index_q),
       .read_en_i   (i0_valid),
       .read_addr_i (i0_context),
       .read_data_o (i1_resolved)
   );
   always_ff @(posedge clk_i) begin
-    if (i9_missed) resolved_q[i9_context_q] <= 1'b1;
-    if (i9_done) resolved_q[i9_context_q] <= 1'b0;
+    if (done_missed_q) resolved_q[done_context_q] <= 1'b1;
+    if (done_q) resolved_q[done_context_q] <= 1'b0;
     if (in_valid_i) resolved_q[in_context_i] <= 1'b0;
     if (!rst_ni) resolved_q <= '0;
   end
@@ -369,7 +373,7 @@ module rt_reference_unit #(
       logic [CountBits-1:0]                                 used;
       rt_contract_pkg::triangle_index_t [Config.mail_entries-1:0] index;  // the newest first
     } mail_t;
-    mail_t               i5_stored, i6_mail_q, i7_mail_q, i8_mail_q, i9_mail_q, i9_mail;
+    mail_t               i5_stored, i6_mail_q, i7_mail_q, i8_mail_q, i9_mail_q, done_mail_q, done_mail;
     logic [Contexts-1:0] fresh_q;  // nothing tested for this ray
     logic                i5_fresh_q;
 
@@ -378,8 +382,8 @@ module rt_reference_unit #(
       for (int unsigned i = 0; i < Config.mail_entries; i++) begin
         if (mailbox_i && i6_mail_q.used > CountBits'(i) && 32'(i6_mail_q.index[i]) == i6_index_q) i6_known = 1'b1;
       end
-      i9_mail.index = {i9_mail_q.index[Config.mail_entries-2:0], i9_index_q};
-      i9_mail.used  = i9_mail_q.used == CountBits'(Config.mail_entries) ? i9_mail_q.used : i9_mail_q.used + 1'b1;
+      done_mail.index = {done_mail_q.index[Config.mail_entries-2:0], done_index_q};
+      done_mail.used  = done_mail_q.used == CountBits'(Config.mail_entries) ? done_mail_q.used : done_mail_q.used + 1'b1;
     end
     rt_ram_sdp #(
         .Depth (Contexts),
@@ -387,9 +391,9 @@ module rt_reference_unit #(
     ) u_mail (
         .clk_i,
         .rst_ni,
-        .write_en_i  (mailbox_i && i9_done && out_test_o),
-        .write_addr_i(i9_context_q),
-        .write_data_i(i9_mail),
+        .write_en_i  (mailbox_i && done_q && done_test_q),
+        .write_addr_i(done_context_q),
+        .write_data_i(done_mail),
         .read_en_i   (mailbox_i && i4_valid_q),
         .read_addr_i (i4_context_q),
         .read_data_o (i5_stored)
@@ -400,8 +404,9 @@ module rt_reference_unit #(
       i7_mail_q <= i6_mail_q;
       i8_mail_q <= i7_mail_q;
       i9_mail_q <= i8_mail_q;
+      done_mail_q <= i9_mail_q;
       if (ray_valid_i) fresh_q[ray_context_i] <= 1'b1;
-      if (i9_done && out_test_o) fresh_q[i9_context_q] <= 1'b0;
+      if (done_q && done_test_q) fresh_q[done_context_q] <= 1'b0;
     end
   end else begin : gen_no_mailbox
     assign i6_known = 1'b0;
@@ -415,7 +420,7 @@ module rt_reference_unit #(
   assign push_error[Rest]     = rest_error_q;
 
   always_ff @(posedge clk_i) begin
-    if (i9_done) first_q[i9_context_q] <= 1'b0;
+    if (done_q) first_q[done_context_q] <= 1'b0;
     if (in_valid_i) first_q[in_context_i] <= 1'b1;
     i1_valid_q       <= i0_valid;
     i1_context_q     <= i0_context;
@@ -484,7 +489,14 @@ module rt_reference_unit #(
     i9_index_q       <= i8_index_q;
     i9_after_q       <= i8_after_q;
     i9_final_q       <= i8_after_q == i8_count_q;
-    i9_ray_q         <= i8_ray;
+    i8_ray_q         <= i7_ray;
+    i9_ray_q         <= i8_ray_q;
+    done_q           <= i9_done && rst_ni;
+    done_missed_q    <= i9_missed && rst_ni;
+    done_test_q      <= out_test_o;
+    done_context_q   <= i9_context_q;
+    done_after_q     <= i9_after_q;
+    done_index_q     <= i9_index_q;
     rest_q           <= i9_replay || (i9_done && !i9_last);
     rest_context_q   <= i9_context_q;
     rest_error_q     <= i9_replay && i9_event_q == status_t'(rt_contract_pkg::StatusBusError);

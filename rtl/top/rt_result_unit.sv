@@ -92,7 +92,9 @@ module rt_result_unit #(
   best_t                                 r1_best, r2_best_q;
   rt_core_pkg::leave_t                   r1_leave, r2_leave_q;
   rt_core_pkg::ray_info_t                r1_ray, r2_ray_q;
-  logic [Contexts-1:0]                   has_hit_q;
+  logic [Contexts-1:0]                   has_hit_q;  // a clock after R3
+  logic                                  accepted_q;
+  context_t                              accepted_context_q;
   // A best hit that is newer than what has been read: R3 accepts one while its context is in this stage.
   logic                                  r0_newer, r1_newer, r2_newer, r1_newer_q, r2_newer_q;
   best_t                                 r1_newest_q, r2_newest_q;
@@ -163,7 +165,7 @@ module rt_result_unit #(
     r2_valid_q  <= r1_valid_q;
     r2_q        <= r1_q;
     r2_tri_q    <= r1_tri_q;
-    r2_had_q    <= has_hit_q[r1_q.ctx] || r1_newer;
+    r2_had_q    <= has_hit_q[r1_q.ctx] || r1_newer || r1_newer_q;
     r2_leave_q  <= r1_leave;
     r2_ray_q    <= r1_ray;
     r2_best_q   <= r1_best;
@@ -183,7 +185,9 @@ module rt_result_unit #(
     end
     if (r2_newer_q) r3_best_q <= r2_newest_q;
     if (r2_newer) r3_best_q <= r3_candidate;
-    if (r3_accept) has_hit_q[r3_q.ctx] <= 1'b1;
+    accepted_q         <= r3_accept && rst_ni;
+    accepted_context_q <= r3_q.ctx;
+    if (accepted_q) has_hit_q[accepted_context_q] <= 1'b1;
     if (ray_valid_i) has_hit_q[ray_context_i] <= 1'b0;
 
     r4_valid_q <= r3_valid_q && r3_q.last;

@@ -127,7 +127,8 @@ module rt_top #(
   logic [CounterStepBits-1:0]        step[CounterCount];
   logic [31:0]                       counter[CounterCount];
   logic                              r_valid_q, r_last_q, r_error_q;
-  logic [IdBits-1:0]                 r_id_q;
+  logic [rt_core_pkg::Sources-1:0]    r_source_q;
+  logic [rt_core_pkg::MshrIdBits-1:0] r_mshr_q;
   logic [DataBits-1:0]               r_data_q;
 
   assign start = regs.control.start.value && !draining && !regs.control.soft_reset.value;
@@ -158,9 +159,8 @@ module rt_top #(
       .read_valid_o     (read_valid),
       .read_ready_i     (read_ready),
       .read_o           (read_request),
-      .fill_valid_i     (r_valid_q),
-      .fill_source_i    (r_id_q[IdBits-1:rt_core_pkg::MshrIdBits]),
-      .fill_mshr_i      (r_id_q[rt_core_pkg::MshrIdBits-1:0]),
+      .fill_valid_i     (r_source_q),
+      .fill_mshr_i      (r_mshr_q),
       .fill_data_i      (r_data_q),
       .fill_last_i      (r_last_q),
       .fill_error_i     (r_error_q),
@@ -206,7 +206,10 @@ module rt_top #(
     read_offered_q <= read_valid && read_gate && !skid_in_ready;
     outstanding_q  <= outstanding_q + OutstandingBits'(ar_accepted) - OutstandingBits'(r_finished);
     r_valid_q      <= axi_r_valid_i;
-    r_id_q         <= axi_r_id_i;
+    r_mshr_q       <= axi_r_id_i[rt_core_pkg::MshrIdBits-1:0];
+    for (int unsigned s = 0; s < rt_core_pkg::Sources; s++) begin
+      r_source_q[s] <= axi_r_valid_i && axi_r_id_i[IdBits-1:rt_core_pkg::MshrIdBits] == rt_core_pkg::SourceBits'(s);
+    end
     r_data_q       <= axi_r_data_i;
     r_last_q       <= axi_r_last_i;
     r_error_q      <= axi_r_resp_i[1];
@@ -214,6 +217,7 @@ module rt_top #(
       read_offered_q <= 1'b0;
       outstanding_q  <= '0;
       r_valid_q      <= 1'b0;
+      r_source_q     <= '0;
     end
   end
 
