@@ -46,7 +46,8 @@ module rt_pipe_ctrl #(
   logic [CountBits-1:0] credit_q, held_q;
   logic [Latency-1:0] flight_q;
   logic in_ready_q, out_valid_q;
-  logic enter, done, leave;
+  logic enter, done, leave, entered_q;
+  tag_t tag_q;
 
   assign in_ready_o  = in_ready_q;
   assign out_valid_o = out_valid_q;
@@ -79,8 +80,11 @@ module rt_pipe_ctrl #(
   end
 
   always_ff @(posedge clk_i) begin
-    if (enter) begin
-      tag_mem_q[enter_ptr_q] <= in_tag_i;
+    // A tag is written a clock after it has entered, and read after Latency + 1 at the earliest.
+    entered_q <= enter && rst_ni;
+    tag_q     <= in_tag_i;
+    if (entered_q) begin
+      tag_mem_q[enter_ptr_q] <= tag_q;
       enter_ptr_q            <= enter_ptr_q == Last ? '0 : enter_ptr_q + 1'b1;
     end
     if (done) begin

@@ -258,8 +258,15 @@ module rt_lane #(
     rt_core_pkg::arrival_t arrival;
   } out_t;
   localparam int unsigned OutDepth = 4;
-  out_t out_in, out_data;
-  logic [$clog2(OutDepth+1)-1:0] out_usage_unused;
+  // Through a register; a place is kept for what is in it.
+  out_t                          out_in, out_q, out_data;
+  logic                          out_valid_q, out_room;
+  logic [$clog2(OutDepth+1)-1:0] out_usage;
+  assign out_ready = 32'(out_usage) <= OutDepth - 2;
+  always_ff @(posedge clk_i) begin
+    out_valid_q <= s4_out && out_ready && rst_ni;
+    out_q       <= out_in;
+  end
   always_comb begin
     out_in.ctx            = s4_context_q;
     out_in.arrival.event_code = s4_event_q;
@@ -275,13 +282,13 @@ module rt_lane #(
   ) u_out (
       .clk_i,
       .rst_ni,
-      .in_valid_i (s4_out && out_ready),
-      .in_ready_o (out_ready),
-      .in_data_i  (out_in),
+      .in_valid_i (out_valid_q),
+      .in_ready_o (out_room),
+      .in_data_i  (out_q),
       .out_valid_o,
       .out_ready_i,
       .out_data_o (out_data),
-      .usage_o    (out_usage_unused)
+      .usage_o    (out_usage)
   );
   assign out_context_o = out_data.ctx;
   assign out_data_o    = out_data.arrival;
@@ -438,5 +445,6 @@ module rt_lane #(
   assign down_o           = descend_enter;
   assign up_o             = backtrack_enter;
 
+  `RT_ASSERT(OutHasRoom, !out_valid_q || out_room)
   `RT_ASSERT(LaunchedOnce, !launch_valid_i || !(state_write_en && state_context == launch_context_i))
 endmodule
