@@ -36,9 +36,9 @@ package rt_core_pkg;
   localparam config_t ConfigEcp5l6 = '{
       lanes: 6, contexts_per_lane: 32, data_bits: 64, node_pairs: 1024, node_line_pairs: 1,
       leaf_lines: 1024, list_lines: 128, triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8};
-  // Four lanes with a bus of 16 bytes. Now lanes are the limit, so a line is two pairs: fewer misses.
+  // Four lanes with a bus of 16 bytes. Now lanes are the limit, so a line is two pairs (fewer misses), and twice as many contexts keep them busy.
   localparam config_t ConfigEcp5x128 = '{
-      lanes: 4, contexts_per_lane: 32, data_bits: 128, node_pairs: 2048, node_line_pairs: 2,
+      lanes: 4, contexts_per_lane: 64, data_bits: 128, node_pairs: 2048, node_line_pairs: 2,
       leaf_lines: 1024, list_lines: 128, triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8};
   // For larger parts.
   localparam config_t ConfigWide = '{
