@@ -256,15 +256,18 @@ module rt_board #(
 
   logic [BeatBits-1:0] beat_q;
   logic [ShowBits-1:0] good_left_q, bad_left_q;
+  logic                good_q, bad_q;
   logic busy_q, fault_q, of_status_q, served_q, start;
   assign start = lite_w_valid && lite_w_ready && lite_aw_addr == ControlAddr && lite_w_data[ControlStart];
   always_ff @(posedge clk_i) begin
     beat_q <= beat_q + 1'b1;
+    good_q <= frame_good && rst_ni;
+    bad_q  <= (frame_bad || (in_valid && in_error)) && rst_ni;
     if (good_left_q != '0) good_left_q <= good_left_q - 1'b1;
     if (bad_left_q != '0) bad_left_q <= bad_left_q - 1'b1;
-    if (frame_good) good_left_q <= '1;
-    if (frame_bad || (in_valid && in_error)) bad_left_q <= '1;
-    if (frame_good) served_q <= 1'b1;
+    if (good_q) good_left_q <= '1;
+    if (bad_q) bad_left_q <= '1;
+    if (good_q) served_q <= 1'b1;
     if (lite_ar_valid && lite_ar_ready) of_status_q <= lite_ar_addr == StatusAddr;
     if (lite_r_valid && lite_r_ready && of_status_q) begin
       busy_q  <= lite_r_data[0];

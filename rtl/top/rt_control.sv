@@ -118,7 +118,15 @@ module rt_control #(
   end
   logic [rt_core_pkg::AddrBits-1:0] image_base_q;  // as the host wrote it before the start
   logic [31:0]                      image_lines_q;
+  logic                             fill_valid_q, fill_last_q, fill_error_q;
+  logic [DataBits-1:0]              fill_data_q;
   always_ff @(posedge clk_i) begin
+    fill_valid_q <= fill_valid_i && rst_ni;
+    if (fill_valid_i) begin
+      fill_data_q  <= fill_data_i;
+      fill_last_q  <= fill_last_i;
+      fill_error_q <= fill_error_i;
+    end
     image_base_q   <= image_base_i;
     image_lines_q  <= image_lines_i;
     offset_q       <= offset;
@@ -150,11 +158,11 @@ module rt_control #(
       end
       Ask: if (fetch_ready_i) state_q <= Read;
       Read: begin
-        if (fill_valid_i) begin
+        if (fill_valid_q) begin
           beat_q <= beat_q + 1'b1;
-          for (int unsigned i = 0; i < KeptBeats; i++) if (beat_q == BeatBits'(i)) header_q[i] <= fill_data_i;
-          if (fill_error_i) bus_error_q <= 1'b1;
-          if (fill_last_i) state_q <= Check;
+          for (int unsigned i = 0; i < KeptBeats; i++) if (beat_q == BeatBits'(i)) header_q[i] <= fill_data_q;
+          if (fill_error_q) bus_error_q <= 1'b1;
+          if (fill_last_q) state_q <= Check;
         end
       end
       Check: begin

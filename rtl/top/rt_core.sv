@@ -68,6 +68,19 @@ module rt_core #(
   typedef logic [ContextBits-1:0] context_t;
   typedef rt_contract_pkg::status_t status_t;
 
+  // Answers of the memory, once more on their way to the units.
+  logic [rt_core_pkg::Sources-1:0]    fill_valid_q;
+  logic [rt_core_pkg::MshrIdBits-1:0] fill_mshr_q;
+  logic [DataBits-1:0]                fill_data_q;
+  logic                               fill_last_q, fill_error_q;
+  always_ff @(posedge clk_i) begin
+    fill_valid_q <= rst_ni ? fill_valid_i : '0;
+    fill_mshr_q  <= fill_mshr_i;
+    fill_data_q  <= fill_data_i;
+    fill_last_q  <= fill_last_i;
+    fill_error_q <= fill_error_i;
+  end
+
   rt_core_pkg::image_view_t view;
   logic                     flush, rays_start;
   logic [2:0]               flushing;
@@ -148,10 +161,10 @@ module rt_core #(
       .fetch_valid_o     (source_valid[rt_core_pkg::SourceHeader]),
       .fetch_ready_i     (source_ready[rt_core_pkg::SourceHeader]),
       .fetch_o           (source_request[rt_core_pkg::SourceHeader]),
-      .fill_valid_i      (fill_valid_i[rt_core_pkg::SourceHeader]),
-      .fill_data_i,
-      .fill_last_i,
-      .fill_error_i,
+      .fill_valid_i      (fill_valid_q[rt_core_pkg::SourceHeader]),
+      .fill_data_i(fill_data_q),
+      .fill_last_i(fill_last_q),
+      .fill_error_i(fill_error_q),
       .view_o            (view),
       .flush_o           (flush),
       .flushing_i        (flushing != '0),
@@ -195,9 +208,9 @@ module rt_core #(
       .fetch_valid_o   (source_valid[rt_core_pkg::SourceRay]),
       .fetch_ready_i   (source_ready[rt_core_pkg::SourceRay]),
       .fetch_o         (source_request[rt_core_pkg::SourceRay]),
-      .fill_valid_i    (fill_valid_i[rt_core_pkg::SourceRay]),
-      .fill_data_i,
-      .fill_error_i,
+      .fill_valid_i    (fill_valid_q[rt_core_pkg::SourceRay]),
+      .fill_data_i(fill_data_q),
+      .fill_error_i(fill_error_q),
       .launch_valid_o  (ray_valid),
       .launch_ready_i  (ray_ready),
       .launch_context_o(ray_context),
@@ -364,11 +377,11 @@ module rt_core #(
       .fetch_key_o  (node_key),
       .fetch_mshr_o (node_mshr),
       .miss_o       (node_miss),
-      .fill_valid_i (fill_valid_i[rt_core_pkg::SourceNode]),
-      .fill_mshr_i,
-      .fill_data_i,
-      .fill_last_i,
-      .fill_error_i
+      .fill_valid_i (fill_valid_q[rt_core_pkg::SourceNode]),
+      .fill_mshr_i(fill_mshr_q),
+      .fill_data_i(fill_data_q),
+      .fill_last_i(fill_last_q),
+      .fill_error_i(fill_error_q)
   );
   assign source_request[rt_core_pkg::SourceNode] = request(
       view.pair_base, 30'({node_key, (LinePairBits + 4)'(0)}), 16 * LinePairs, rt_core_pkg::SourceNode, node_mshr);
@@ -391,9 +404,12 @@ module rt_core #(
       .out_data_o (first_arrival),
       .out_index_o(arrival_index_unused)
   );
-  rt_skid #(
+  localparam int unsigned ArrivalDepth = 4;
+  logic [$clog2(ArrivalDepth+1)-1:0] arrival_usage_unused;
+  rt_fifo #(
+      .Depth (ArrivalDepth),
       .data_t(arrival_t)
-  ) u_arrival_skid (
+  ) u_arrivals (
       .clk_i,
       .rst_ni,
       .in_valid_i (first_valid),
@@ -401,7 +417,8 @@ module rt_core #(
       .in_data_i  (first_arrival),
       .out_valid_o(arrival_valid),
       .out_ready_i(arrival_ready),
-      .out_data_o (arrival)
+      .out_data_o (arrival),
+      .usage_o    (arrival_usage_unused)
   );
   assign arrival_ends = arrival.arrival.event_code != rt_core_pkg::EventGoOn;
 
@@ -411,8 +428,8 @@ module rt_core #(
   } direct_t;
   logic [1:0] end_valid, end_ready;
   direct_t    end_data[2];
-  logic       chosen_valid, chosen_ready, direct_valid, direct_ready;
-  direct_t    chosen, direct;
+  logic       chosen_valid, chosen_ready, skid_valid, skid_ready, direct_valid, direct_ready;
+  direct_t    chosen, skid_data, direct;
   assign end_valid[0]  = arrival_valid && arrival_ends;
   assign end_data[0]   = '{ctx: arrival.ctx, event_code: arrival.arrival.event_code};
   assign arrival_ready = !arrival_ends || end_ready[0];
@@ -439,6 +456,19 @@ module rt_core #(
       .in_valid_i (chosen_valid),
       .in_ready_o (chosen_ready),
       .in_data_i  (chosen),
+      .out_valid_o(skid_valid),
+      .out_ready_i(skid_ready),
+      .out_data_o (skid_data)
+  );
+  // Not before what is known of the leaf has been stored.
+  rt_skid #(
+      .data_t(direct_t)
+  ) u_direct_skid (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (skid_valid),
+      .in_ready_o (skid_ready),
+      .in_data_i  (skid_data),
       .out_valid_o(direct_valid),
       .out_ready_i(direct_ready),
       .out_data_o (direct)
@@ -482,11 +512,11 @@ module rt_core #(
       .fetch_ready_i       (source_ready[rt_core_pkg::SourceLeaf]),
       .fetch_key_o         (leaf_key),
       .fetch_mshr_o        (leaf_mshr),
-      .fill_valid_i        (fill_valid_i[rt_core_pkg::SourceLeaf]),
-      .fill_mshr_i,
-      .fill_data_i,
-      .fill_last_i,
-      .fill_error_i,
+      .fill_valid_i        (fill_valid_q[rt_core_pkg::SourceLeaf]),
+      .fill_mshr_i(fill_mshr_q),
+      .fill_data_i(fill_data_q),
+      .fill_last_i(fill_last_q),
+      .fill_error_i(fill_error_q),
       .events_o            (leaf_events),
       .leaf_o              (leaf_counted)
   );
@@ -495,10 +525,14 @@ module rt_core #(
               rt_core_pkg::LeafReadBytes + 8 * 32'(leaf_key.beats), rt_core_pkg::SourceLeaf, leaf_mshr);
 
   // --- references and tests ---
-  logic                     iter_valid_q, references_valid_q;
-  context_t                 iter_context_q, references_context_q;
+  logic                     iter_valid_q, references_valid_q, leave_valid_q;
+  context_t                 iter_context_q, references_context_q, leave_context_q;
   rt_core_pkg::references_t references_q;
+  rt_core_pkg::leave_t      leave_q;
   always_ff @(posedge clk_i) begin
+    leave_valid_q        <= leave_valid && rst_ni;
+    leave_context_q      <= leave_context;
+    leave_q              <= leave;
     iter_valid_q         <= iter_valid && rst_ni;
     iter_context_q       <= iter_context;
     references_valid_q   <= references_valid && rst_ni;
@@ -548,16 +582,16 @@ module rt_core #(
       .list_fetch_ready_i    (source_ready[rt_core_pkg::SourceList]),
       .list_fetch_key_o      (list_key),
       .list_fetch_mshr_o     (list_mshr),
-      .list_fill_valid_i     (fill_valid_i[rt_core_pkg::SourceList]),
+      .list_fill_valid_i     (fill_valid_q[rt_core_pkg::SourceList]),
       .triangle_fetch_valid_o(source_valid[rt_core_pkg::SourceTriangle]),
       .triangle_fetch_ready_i(source_ready[rt_core_pkg::SourceTriangle]),
       .triangle_fetch_key_o  (triangle_key),
       .triangle_fetch_mshr_o (triangle_mshr),
-      .triangle_fill_valid_i (fill_valid_i[rt_core_pkg::SourceTriangle]),
-      .fill_mshr_i,
-      .fill_data_i,
-      .fill_last_i,
-      .fill_error_i,
+      .triangle_fill_valid_i (fill_valid_q[rt_core_pkg::SourceTriangle]),
+      .fill_mshr_i(fill_mshr_q),
+      .fill_data_i(fill_data_q),
+      .fill_last_i(fill_last_q),
+      .fill_error_i(fill_error_q),
       .events_o              (reference_events),
       .list_hit_o            (list_hit),
       .list_miss_o           (list_miss),
@@ -572,20 +606,31 @@ module rt_core #(
     test_tag_t                            tag;
     rt_contract_pkg::tri_test_in_record_t data;
   } test_t;
-  test_t entering;
-  logic  entering_valid, entering_ready;
-  rt_skid #(
+  // Through a register; a place is kept for what is in it.
+  localparam int unsigned TestDepth = 4;
+  test_t                          test_q, entering;
+  logic                           test_valid_q, test_room, entering_valid, entering_ready;
+  logic [$clog2(TestDepth+1)-1:0] test_usage;
+  assign test_ready = 32'(test_usage) <= TestDepth - 2;
+  always_ff @(posedge clk_i) begin
+    test_valid_q <= test_valid && rst_ni;
+    test_q       <= '{tag: test_tag, data: test_data};
+  end
+  rt_fifo #(
+      .Depth (TestDepth),
       .data_t(test_t)
-  ) u_test_skid (
+  ) u_tests (
       .clk_i,
       .rst_ni,
-      .in_valid_i (test_valid),
-      .in_ready_o (test_ready),
-      .in_data_i  ('{tag: test_tag, data: test_data}),
+      .in_valid_i (test_valid_q),
+      .in_ready_o (test_room),
+      .in_data_i  (test_q),
       .out_valid_o(entering_valid),
       .out_ready_i(entering_ready),
-      .out_data_o (entering)
+      .out_data_o (entering),
+      .usage_o    (test_usage)
   );
+  `RT_ASSERT(TestHasRoom, !test_valid_q || test_room)
   rt_tri_test #(
       .tag_t(test_tag_t)
   ) u_tri_test (
@@ -614,9 +659,9 @@ module rt_core #(
       .ray_valid_i     (launch_ray_q),
       .ray_context_i   (launch_context_q),
       .ray_i           (ray_info_q),
-      .leave_valid_i   (leave_valid),
-      .leave_context_i (leave_context),
-      .leave_i         (leave),
+      .leave_valid_i   (leave_valid_q),
+      .leave_context_i (leave_context_q),
+      .leave_i         (leave_q),
       .direct_valid_i  (direct_valid),
       .direct_ready_o  (direct_ready),
       .direct_context_i(direct.ctx),
@@ -662,9 +707,11 @@ module rt_core #(
   logic [Lanes-1:0] lane_hit, lane_busy, lane_starved;
   logic             leaf_blocked, reference_blocked, test_busy, test_starved;
   for (genvar l = 0; l < int'(Lanes); l++) begin : gen_events
-    assign lane_hit[l]     = lane_events[l].hit;
-    assign lane_busy[l]    = lane_events[l].busy;
-    assign lane_starved[l] = !lane_events[l].busy && lane_events[l].starved;
+    always_ff @(posedge clk_i) begin
+      lane_hit[l]     <= lane_events[l].hit;
+      lane_busy[l]    <= lane_events[l].busy;
+      lane_starved[l] <= !lane_events[l].busy && lane_events[l].starved;
+    end
   end
   assign leaf_blocked      = !leaf_events.busy && !leaf_events.starved;
   assign reference_blocked = !reference_events.busy && !reference_events.starved;

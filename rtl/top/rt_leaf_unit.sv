@@ -1,7 +1,7 @@
 // Leaf unit: reads the record of the leaf a context has arrived at and computes where the ray leaves it.
 //
 // Purpose     One context a clock: P0 read arrival   P1 -   P2 check, look up   P3, P4 -   P5 cache
-//             answers; enter rt_leaf_exit. What comes out is kept as how the leaf is left (leave_*, for the result unit) and what is to be
+//             answers   P6 enter rt_leaf_exit. What comes out is kept as how the leaf is left (leave_*, for the result unit) and what is to be
 //             tested (references, iter_*). Leaves without references, and contexts that end here, go to the result unit at once (out_*).
 // Reads       As much of a record as its size code says; the code is part of the cache's key.
 // Misses      Parked in the cache and woken. Replay as in rt_lane.
@@ -153,7 +153,7 @@ module rt_leaf_unit #(
   rt_contract_pkg::status_t p3_fault_q, p4_fault_q;
   rt_core_pkg::walk_ray_t   p3_ray, p4_ray_q;
 
-  logic                                  p5_here_q, p5_valid, p5_look, p5_hit, p5_replay, enter, enter_ready;
+  logic                                  p5_here_q, p5_valid, p5_look, p5_hit, enter, enter_ready;
   context_t                              p5_context_q;
   rt_core_pkg::arrival_t                 p5_arrival_q;
   rt_contract_pkg::status_t              p5_fault_q;
@@ -162,7 +162,7 @@ module rt_leaf_unit #(
   rt_contract_pkg::leaf_exit_in_record_t exit_in;
   rt_contract_pkg::leaf_exit_out_record_t exit_out;
   tag_t                                  tag_in, tag_out;
-  rt_contract_pkg::triangle_index_t      p5_count;
+  rt_contract_pkg::triangle_index_t      p6_count;
   logic                                  exit_valid, exit_take;
 
   rt_cache #(
@@ -215,34 +215,49 @@ module rt_leaf_unit #(
       .read_data_o (p3_ray)
   );
 
-  // --- P5 ---
+  // --- P5: without a look-up there is a fault; after a miss the cache has the context ---
+  assign p5_valid = p5_here_q && (!p5_look || p5_hit);
+  logic                         p6_valid_q, p6_replay;
+  context_t                     p6_context_q;
+  rt_core_pkg::arrival_t        p6_arrival_q;
+  rt_contract_pkg::status_t     p6_fault_q;
+  rt_contract_pkg::leaf_record_t p6_leaf_q;
+  rt_core_pkg::walk_ray_t       p6_ray_q;
+  always_ff @(posedge clk_i) begin
+    p6_valid_q   <= p5_valid && rst_ni;
+    p6_context_q <= p5_context_q;
+    p6_arrival_q <= p5_arrival_q;
+    p6_fault_q   <= p5_fault_q;
+    p6_leaf_q    <= p5_leaf;
+    p6_ray_q     <= p5_ray_q;
+  end
+
+  // --- P6 ---
   always_comb begin
     exit_in            = '0;
-    exit_in.bound      = p5_leaf.bound;
-    exit_in.origin     = p5_ray_q.origin;
-    exit_in.reciprocal = p5_ray_q.reciprocal;
-    exit_in.shift      = p5_ray_q.shift;
-    exit_in.zero       = p5_ray_q.zero;
-    exit_in.negative   = p5_ray_q.negative;
-    exit_in.t          = p5_arrival_q.t;
-    tag_in.ctx     = p5_context_q;
-    tag_in.fault       = p5_fault_q;
-    tag_in.bad_kind    = p5_leaf.kind != rt_contract_pkg::axis_t'(rt_contract_pkg::KindTriangles);
-    tag_in.steps       = p5_arrival_q.steps;
-    tag_in.count       = p5_count;
-    tag_in.node        = p5_arrival_q.node;
-    tag_in.parent      = p5_leaf.parent;
-    tag_in.upper       = ~p5_ray_q.negative;
+    exit_in.bound      = p6_leaf_q.bound;
+    exit_in.origin     = p6_ray_q.origin;
+    exit_in.reciprocal = p6_ray_q.reciprocal;
+    exit_in.shift      = p6_ray_q.shift;
+    exit_in.zero       = p6_ray_q.zero;
+    exit_in.negative   = p6_ray_q.negative;
+    exit_in.t          = p6_arrival_q.t;
+    tag_in.ctx     = p6_context_q;
+    tag_in.fault       = p6_fault_q;
+    tag_in.bad_kind    = p6_leaf_q.kind != rt_contract_pkg::axis_t'(rt_contract_pkg::KindTriangles);
+    tag_in.steps       = p6_arrival_q.steps;
+    tag_in.count       = p6_count;
+    tag_in.node        = p6_arrival_q.node;
+    tag_in.parent      = p6_leaf_q.parent;
+    tag_in.upper       = ~p6_ray_q.negative;
     for (int unsigned axis = 0; axis < 3; axis++) begin
-      tag_in.link[axis] = p5_ray_q.negative[axis] ? p5_leaf.link[2*axis] : p5_leaf.link[2*axis+1];
+      tag_in.link[axis] = p6_ray_q.negative[axis] ? p6_leaf_q.link[2*axis] : p6_leaf_q.link[2*axis+1];
     end
   end
-  assign p5_count  = p5_arrival_q.size < rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong) ?
-                       rt_contract_pkg::triangle_index_t'(p5_arrival_q.size) : p5_leaf.count;
-  // Without a look-up there is a fault; after a miss the cache has the context.
-  assign p5_valid  = p5_here_q && (!p5_look || p5_hit);
-  assign enter     = p5_valid && enter_ready;
-  assign p5_replay = p5_valid && !enter_ready;
+  assign p6_count  = p6_arrival_q.size < rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong) ?
+                       rt_contract_pkg::triangle_index_t'(p6_arrival_q.size) : p6_leaf_q.count;
+  assign enter     = p6_valid_q && enter_ready;
+  assign p6_replay = p6_valid_q && !enter_ready;
 
   rt_leaf_exit #(
       .tag_t(tag_t)
@@ -259,12 +274,12 @@ module rt_leaf_unit #(
       .out_tag_o  (tag_out)
   );
   assign references_valid_o   = enter;
-  assign references_context_o = p5_context_q;
+  assign references_context_o = p6_context_q;
   assign references_o = '{
-          steps: p5_arrival_q.steps,
-          list_base: p5_leaf.list_base,
-          count: p5_count,
-          refs: p5_leaf.refs
+          steps: p6_arrival_q.steps,
+          list_base: p6_leaf_q.list_base,
+          count: p6_count,
+          refs: p6_leaf_q.refs
       };
 
   // --- what the stage says ---
@@ -325,9 +340,9 @@ module rt_leaf_unit #(
     p5_fault_q   <= p4_fault_q;
     p4_ray_q     <= p3_ray;
     p5_ray_q     <= p4_ray_q;
-    replay_q         <= p5_replay;
-    replay_context_q <= p5_context_q;
-    replay_error_q   <= p5_fault_q == rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
+    replay_q         <= p6_replay;
+    replay_context_q <= p6_context_q;
+    replay_error_q   <= p6_fault_q == rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
     if (!rst_ni) begin
       p1_valid_q <= 1'b0;
       p2_valid_q <= 1'b0;
@@ -341,7 +356,7 @@ module rt_leaf_unit #(
   assign events_o.hit     = p5_look && p5_hit;
   assign events_o.busy    = enter;
   assign events_o.starved = !p0_valid;
-  assign leaf_o           = enter && p5_fault_q == rt_core_pkg::EventGoOn;
+  assign leaf_o           = enter && p6_fault_q == rt_core_pkg::EventGoOn;
 
   // The face belongs to the side the ray moves to, so the three links kept are enough.
   `RT_ASSERT(FaceIsOnExitSide, !exit_valid || !exit_out.exits || exit_out.face[0] == tag_out.upper[exit_out.face[2:1]])

@@ -193,15 +193,24 @@ module rt_ray_unit #(
   // --- answers: beats to rays ---
   logic [RayBeats*DataBits-1:0]            gather_q;
   logic [BeatBits-1:0]                     beat_q;
+  logic                                    fill_valid_q, fill_error_q;
+  logic [DataBits-1:0]                     fill_data_q;
+  always_ff @(posedge clk_i) begin
+    fill_valid_q <= fill_valid_i && rst_ni;
+    if (fill_valid_i) begin
+      fill_data_q  <= fill_data_i;
+      fill_error_q <= fill_error_i;
+    end
+  end
   always_ff @(posedge clk_i) begin
     push_q <= 1'b0;
     if (push_q) push_number_q <= push_number_q + 3'd1 == order.count ? '0 : push_number_q + 3'd1;
-    if (fill_valid_i) begin
-      gather_q     <= {fill_data_i, gather_q[RayBeats*DataBits-1:DataBits]};
+    if (fill_valid_q) begin
+      gather_q     <= {fill_data_q, gather_q[RayBeats*DataBits-1:DataBits]};
       beat_q       <= beat_q == BeatBits'(RayBeats - 1) ? '0 : beat_q + 1'b1;
       push_q       <= beat_q == BeatBits'(RayBeats - 1);
-      push_error_q <= error_q || fill_error_i;
-      error_q      <= beat_q != BeatBits'(RayBeats - 1) && (error_q || fill_error_i);
+      push_error_q <= error_q || fill_error_q;
+      error_q      <= beat_q != BeatBits'(RayBeats - 1) && (error_q || fill_error_q);
     end
     if (!rst_ni) begin
       beat_q        <= '0;
@@ -211,8 +220,8 @@ module rt_ray_unit #(
     end
   end
 
-  logic  queue_valid, queue_ready, setup_ready, push_room;
-  read_t queue_data;
+  logic  queued_valid, queued_ready, queue_valid, queue_ready, setup_ready, push_room;
+  read_t queued_data, queue_data;
   logic [RoomBits-1:0] queue_usage_unused;
   rt_fifo #(
       .Depth (QueueRays),
@@ -223,13 +232,25 @@ module rt_ray_unit #(
       .in_valid_i (push_q),
       .in_ready_o (push_room),
       .in_data_i  ('{index: order.index + 32'(push_number_q), error: push_error_q, ray: rt_contract_pkg::RayUsedBits'(gather_q)}),
-      .out_valid_o(queue_valid),
-      .out_ready_i(queue_ready),
-      .out_data_o (queue_data),
+      .out_valid_o(queued_valid),
+      .out_ready_i(queued_ready),
+      .out_data_o (queued_data),
       .usage_o    (queue_usage_unused)
   );
+  rt_skid #(
+      .data_t(read_t)
+  ) u_queue_skid (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (queued_valid),
+      .in_ready_o (queued_ready),
+      .in_data_i  (queued_data),
+      .out_valid_o(queue_valid),
+      .out_ready_i(queue_ready),
+      .out_data_o (queue_data)
+  );
   assign queue_ready = setup_ready;
-  assign ray_leaves  = queue_valid && queue_ready;
+  assign ray_leaves  = queued_valid && queued_ready;
 
   rt_contract_pkg::ray_setup_in_record_t  setup_in;
   rt_contract_pkg::ray_setup_out_record_t setup_out;
