@@ -132,7 +132,8 @@ def absorb_registers(design):
     for cell in netlist.rams:
         if netlist.take_outputs(cell, bits_of(cell, "DOA", "DOB"), netlist.key(cell.getPort(ys.IdString("\\CLKB"))[0])) is not None:
             rams += 1
-            for side in "AB":
+            # At 36 bits the two halves of a word are the outputs of the two ports.
+            for side in "AB" if cell.getParam(ys.IdString("\\DATA_WIDTH_B")).as_int() == 36 else "B":
                 cell.setParam(ys.IdString("\\REGMODE_" + side), ys.Const("OUTREG"))
                 cell.setPort(ys.IdString("\\OCE" + side), ys.SigSpec(ys.State.S1, 1))
     for cell in netlist.multipliers:
