@@ -22,6 +22,7 @@ import json
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import time
@@ -143,6 +144,7 @@ def write_netlist(design, folder):
 def verilate(top, prefix, folder, split):
     share = run([bitstream.TOOLS, "-c", "import os, pyosys; print(os.path.join(os.path.dirname(pyosys.__file__), 'share/ecp5'))"], "pyosys").strip()
     objects = os.path.join(folder, "obj")
+    shutil.rmtree(objects, ignore_errors=True)  # what an earlier netlist left there would be compiled as well
     run(["verilator", "--cc", "--assert", "-O3", "--x-assign", "unique", "--x-initial", "unique", "-Wno-lint", "-Wno-INITIALDLY", "-Wno-TIMESCALEMOD",
          "+define+NO_INCLUDES", "+incdir+" + share, "-y", CELLS, "--Mdir", objects, "--prefix", prefix, "--top-module", top,
          "--output-split", str(split), CELLS + "/ecp5_cells.sv", os.path.join(folder, "wrapper.v"), os.path.join(folder, "netlist.v")],
