@@ -6,7 +6,7 @@
 //                             +------------------------------ return ----------------------------------------------------+
 //   rt_result_unit --finish--> rt_hit_finish --> hits
 //
-// Deadlock    Whoever holds a context always has a place for it (a state RAM or a bitmap); answers of the memory are always taken; the only
+// Deadlock    Whoever holds a context always has a place for it (a state RAM and a queue or list); answers of the memory are always taken; the only
 //             stream that can stall is the one of finished rays, and it waits for nothing but the write channel.
 // Counterpart hls/top/trace.cpp. Source: Lee 2007, section 4.
 `include "rt_assert.svh"
