@@ -16,7 +16,7 @@ import sys
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 ENGINE = "/usr/share/assimp/models/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb"
 SCENES = [("room", "room"), ("2CylinderEngine", ENGINE)]
-CONFIGS = ["ecp5l1", "ecp5l2", "ecp5", "ecp5l6"]
+CONFIGS = {"ecp5l1": 1, "ecp5l2": 2, "ecp5": 4, "ecp5l6": 6}  # lanes
 MEMORIES = [
     ("8 B a clock, 40 clocks", "latency=40,bytes=8"),
     ("on the part: 8 B a clock, 4 clocks", "latency=4,bytes=8"),
@@ -70,14 +70,13 @@ def main():
         "| configuration | lanes | MHz | LUTs | FFs | block RAMs | multipliers |",
         "| --- | --- | --- | --- | --- | --- | --- |",
     ]
-    lanes = {"ecp5l1": 1, "ecp5l2": 2, "ecp5": 4, "ecp5l6": 6}
-    for config in CONFIGS:
+    for config, lanes in CONFIGS.items():
         if config in reports:
             cells = reports[config]["cells"]
             lines.append("| `%s` | %d | %.1f | %d | %d | %d | %d |" % (
-                config, lanes[config], reports[config]["fmax_mhz"], cells["luts"], cells["ffs"], cells["block_rams"], cells["multipliers"]))
+                config, lanes, reports[config]["fmax_mhz"], cells["luts"], cells["ffs"], cells["block_rams"], cells["multipliers"]))
         else:
-            lines.append("| `%s` | %d | not placed yet | | | | |" % (config, lanes[config]))
+            lines.append("| `%s` | %d | not placed yet | | | | |" % (config, lanes))
     lines += ["", "| configuration | scene | memory | clocks a ray | million rays a second |", "| --- | --- | --- | --- | --- |"]
     for config in CONFIGS:
         for name, scene in SCENES:

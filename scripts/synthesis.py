@@ -4,7 +4,8 @@ usage: python synthesis.py --top MODULE --read COMMAND --output NETLIST.json [--
 
 Mapping trades depth for area where a path has time left, and makes the rest as shallow as it can. It takes the way between two LUTs for shorter than
 it is on a full part, and does not know that the output of a block RAM comes late, so that a path behind one was made as deep as any other. Here
-the way has WIRE_PS, and each output of a block RAM goes through a cell with a delay, which is a wire again after mapping.
+the way has WIRE_PS, and each output of a block RAM goes through a cell with a delay, which is a wire again after mapping. Before mapping, block RAMs
+and multipliers take in the registers around them that they have themselves; after it, those that a floorplan names get their places.
 """
 import argparse
 import re
