@@ -41,6 +41,21 @@ module rt_board #(
   rt_board_pkg::read_t r;
   rt_board_pkg::answer_t b;
 
+  // A reset for each part of the board, all a clock behind rst_ni.
+  localparam int unsigned ResetLink = 0;
+  localparam int unsigned ResetCore = 1;
+  localparam int unsigned ResetMemory = 2;
+  localparam int unsigned ResetLamps = 3;
+  localparam int unsigned Resets = 4;
+  logic [Resets-1:0] rst_n;
+  rt_reset_copies #(
+      .Copies(Resets)
+  ) u_resets (
+      .clk_i,
+      .rst_ni,
+      .rst_no(rst_n)
+  );
+
   // --- serial line ---
   logic in_valid, in_error, out_valid, out_ready;
   logic [7:0] in_data, out_data;
@@ -49,7 +64,7 @@ module rt_board #(
       .Divisor(Divisor)
   ) u_uart_rx (
       .clk_i,
-      .rst_ni,
+      .rst_ni     (rst_n[ResetLink]),
       .rx_i       (uart_rx_i),
       .out_valid_o(in_valid),
       .out_data_o (in_data),
@@ -59,7 +74,7 @@ module rt_board #(
       .Divisor(Divisor)
   ) u_uart_tx (
       .clk_i,
-      .rst_ni,
+      .rst_ni    (rst_n[ResetLink]),
       .in_valid_i(out_valid),
       .in_ready_o(out_ready),
       .in_data_i (out_data),
@@ -79,7 +94,7 @@ module rt_board #(
       .ClockHz    (ClockHz)
   ) u_link (
       .clk_i,
-      .rst_ni,
+      .rst_ni         (rst_n[ResetLink]),
       .in_valid_i     (in_valid),
       .in_data_i      (in_data),
       .in_error_i     (in_error),
@@ -128,7 +143,7 @@ module rt_board #(
       .Config(Config)
   ) u_top (
       .clk_i,
-      .rst_ni,
+      .rst_ni         (rst_n[ResetCore]),
       .irq_o,
       .axil_aw_valid_i(lite_aw_valid),
       .axil_aw_ready_o(lite_aw_ready),
@@ -190,7 +205,7 @@ module rt_board #(
   rt_board_pkg::answer_t mem_b;
   rt_axi_mux u_mux (
       .clk_i,
-      .rst_ni,
+      .rst_ni    (rst_n[ResetMemory]),
       .ar_valid_i(ar_valid),
       .ar_ready_o(ar_ready),
       .ar_i      (ar),
@@ -227,7 +242,7 @@ module rt_board #(
       .Base (MemoryBase)
   ) u_memory (
       .clk_i,
-      .rst_ni,
+      .rst_ni    (rst_n[ResetMemory]),
       .ar_valid_i(mem_ar_valid),
       .ar_ready_o(mem_ar_ready),
       .ar_i      (mem_ar),
@@ -256,13 +271,19 @@ module rt_board #(
 
   logic [BeatBits-1:0] beat_q;
   logic [ShowBits-1:0] good_left_q, bad_left_q;
-  logic                good_q, bad_q;
+  struct packed {
+    logic good;
+    logic bad;
+  } seen_q;
+  logic good_q, bad_q;
   logic busy_q, fault_q, of_status_q, served_q, start;
   assign start = lite_w_valid && lite_w_ready && lite_aw_addr == ControlAddr && lite_w_data[ControlStart];
   always_ff @(posedge clk_i) begin
     beat_q <= beat_q + 1'b1;
-    good_q <= frame_good && rst_ni;
-    bad_q  <= (frame_bad || (in_valid && in_error)) && rst_ni;
+    // Twice, as the lamps may be far from the link.
+    seen_q <= '{good: frame_good, bad: frame_bad || (in_valid && in_error)};
+    good_q <= seen_q.good;
+    bad_q  <= seen_q.bad;
     if (good_left_q != '0) good_left_q <= good_left_q - 1'b1;
     if (bad_left_q != '0) bad_left_q <= bad_left_q - 1'b1;
     if (good_q) good_left_q <= '1;
@@ -278,7 +299,10 @@ module rt_board #(
       busy_q  <= 1'b1;
       fault_q <= 1'b0;
     end
-    if (!rst_ni) begin
+    if (!rst_n[ResetLamps]) begin
+      seen_q      <= '0;
+      good_q      <= 1'b0;
+      bad_q       <= 1'b0;
       beat_q      <= '0;
       good_left_q <= '0;
       bad_left_q  <= '0;

@@ -6,9 +6,9 @@
 //             (rt_waiters). Those that wait for any are woken while there are free MSHRs, RetryRate for each in RetryClocks (what a waiter needs to
 //             come back): woken all at once they would fail again, and their look-ups would keep others from theirs.
 // Pipeline    c: address of tags and data. c + 1: the key compared with the MSHRs. c + 2: tags and data stand in the output registers of their RAMs;
-//             tags compared. c + 3: answer; who missed joins an MSHR, or (one of all ports, every other clock) goes on, or tries again, at once
-//             if an MSHR is free. c + 4: the one that went on gets an MSHR or waits for any; the others are noted, those whose MSHR finishes
-//             just now try again.
+//             tags compared. c + 3: answer. c + 4: who missed joins an MSHR, or (one of all ports, every other clock) goes on, or tries again,
+//             at once if an MSHR is free. c + 5: the one that went on gets an MSHR or waits for any; the others are noted, those whose MSHR
+//             finishes just now try again.
 //             A line is seen by its tag, as it was in c, or by its MSHR, as it was in c + 1: a lookup that reads tags while they are written
 //             tries again. Keys are compared once, in c + 1; from there the results travel along, and an MSHR that is taken meanwhile is put
 //             right by comparing with the one key that can take it.
@@ -22,7 +22,7 @@
 //             valid bit in RAM. The way to drop next is a RAM of one bit a set, written by a miss or by the hit of one port a clock: with
 //             several ports it is the least recently used way of those hits that were noted.
 // Misses      Mshrs in flight; a second miss on a line joins the first. One new miss a clock; a second one tries again.
-// Latency     Hit 3 clocks, one lookup a clock and port. Miss: the request is offered 3 clocks after the answer.
+// Latency     Hit 3 clocks, one lookup a clock and port. Miss: the request is offered 4 clocks after the answer.
 // Source      Kroft 1981 (miss registers).
 `include "rt_assert.svh"
 module rt_cache #(
@@ -37,7 +37,7 @@ module rt_cache #(
     parameter int unsigned Waiters = 32,  // of each port
     parameter int unsigned LeaseBits = 10,
     parameter int unsigned RetryClocks = 12,
-    parameter int unsigned RetryRate = 4,
+    parameter int unsigned RetryRate = 8,
     localparam int unsigned WaiterBits = Waiters > 1 ? $clog2(Waiters) : 1,
     localparam int unsigned SelectBits = WordsPerLine > 1 ? $clog2(WordsPerLine) : 1
 ) (
@@ -165,17 +165,17 @@ module rt_cache #(
   // --- lookup: c + 1, c + 2 ---
   localparam int unsigned PortBits = Ports > 1 ? $clog2(Ports) : 1;
   typedef logic [PortBits-1:0] port_t;
-  logic [Ports-1:0]           look1_q, look2_q, look3_q;
-  key_t                       key1_q[Ports], key2_q[Ports], key3_q[Ports];
-  waiter_t                    waiter1_q[Ports], waiter2_q[Ports], waiter3_q[Ports];
+  logic [Ports-1:0]           look1_q, look2_q, look3_q, miss4_q;
+  key_t                       key1_q[Ports], key2_q[Ports], key3_q[Ports], key4_q[Ports];
+  waiter_t                    waiter1_q[Ports], waiter2_q[Ports], waiter3_q[Ports], waiter4_q[Ports];
   tag_t                       tag_read[Ports][Ways], tag_q[Ports][Ways];
   logic [WordBits-1:0]        data_read[Ports][Ways], data2_q[Ports][Ways], data3_q[Ports][Ways];
   logic [Ports-1:0][Ways-1:0] way_open2_q, way_hit_q;
   logic [Ports-1:0]           unsure1_q;               // the tags were written in the clock in which they were read
-  logic [Ports-1:0]           busy2_q, busy3_q;        // an MSHR fetched the line in c + 1, or its tags are not known
+  logic [Ports-1:0]           busy2_q, busy3_q, busy4_q;        // an MSHR fetched the line in c + 1, or its tags are not known
   logic [Ports-1:0]           unsure2_q;
   mshrs_t                     set1[Ports], key1[Ports];      // MSHRs with the set, with the whole key
-  mshrs_t                     set2_q[Ports], same2_q[Ports], set3_q[Ports], same3_q[Ports];
+  mshrs_t                     set2_q[Ports], same2_q[Ports], set3_q[Ports], same3_q[Ports], set4_q[Ports], same4_q[Ports];
   logic                       on_valid, on_valid_q;
   key_t                       on_key, on_key_q;
   waiter_t                    on_waiter, on_waiter_q;
@@ -197,19 +197,27 @@ module rt_cache #(
       waiter2_q[p] <= waiter1_q[p];
       key3_q[p]    <= key2_q[p];
       waiter3_q[p] <= waiter2_q[p];
+      key4_q[p]    <= key3_q[p];
+      waiter4_q[p] <= waiter3_q[p];
+      miss4_q[p]   <= look3_q[p] && way_hit_q[p] == '0 && rst_ni;
       unsure1_q[p] <= (done_q || flushing_q) && req_key_i[p][SetBits-1:0] == tag_set;
       unsure2_q[p] <= unsure1_q[p];
       busy2_q[p]   <= (key1[p] & active_q) != '0 || unsure1_q[p];
       busy3_q[p]   <= busy2_q[p];
+      busy4_q[p]   <= busy3_q[p];
       set2_q[p]    <= set1[p];
       same2_q[p]   <= key1[p];
       set3_q[p]    <= set2_q[p];
       same3_q[p]   <= same2_q[p];
+      set4_q[p]    <= set3_q[p];
+      same4_q[p]   <= same3_q[p];
       if (allocate) begin
         set2_q[p][free_q]  <= on_key_q[SetBits-1:0] == key1_q[p][SetBits-1:0];
         same2_q[p][free_q] <= on_key_q == key1_q[p];
         set3_q[p][free_q]  <= on_key_q[SetBits-1:0] == key2_q[p][SetBits-1:0];
         same3_q[p][free_q] <= on_key_q == key2_q[p];
+        set4_q[p][free_q]  <= on_key_q[SetBits-1:0] == key3_q[p][SetBits-1:0];
+        same4_q[p][free_q] <= on_key_q == key3_q[p];
       end
       // The way that is being filled counts as invalid.
       for (int unsigned w = 0; w < Ways; w++) begin
@@ -222,12 +230,7 @@ module rt_cache #(
     end
   end
 
-  // --- c + 3: the answer; who missed joins, tries again, waits for any, or goes on ---
-  logic [Ports-1:0] park, later, again, park4_q, later4_q, again4_q;
-  mshr_t            joined[Ports], where4_q[Ports];
-  waiter_t          waiter4_q[Ports];
-  mshrs_t           on_set, on_set_q;
-  logic             refused_q;  // the one that went on got no MSHR and is not yet noted
+  // --- c + 3: the answer ---
   always_comb begin
     for (int unsigned p = 0; p < Ports; p++) begin
       rsp_valid_o[p] = look3_q[p];
@@ -235,34 +238,41 @@ module rt_cache #(
       rsp_data_o[p]  = Ways == 2 && way_hit_q[p][Ways-1] ? data3_q[p][Ways-1] : data3_q[p][0];
     end
   end
+
+  // --- c + 4: who missed joins, tries again, waits for any, or goes on ---
+  logic [Ports-1:0] park, later, again, park5_q, later5_q, again5_q;
+  mshr_t            joined[Ports], where5_q[Ports];
+  waiter_t          waiter5_q[Ports];
+  mshrs_t           on_set, on_set_q;
+  logic             refused_q;  // the one that went on got no MSHR and is not yet noted
   always_comb begin
     on_valid  = 1'b0;
-    on_key    = key3_q[0];
-    on_waiter = waiter3_q[0];
+    on_key    = key4_q[0];
+    on_waiter = waiter4_q[0];
     on_port   = '0;
-    on_set    = set3_q[0];
+    on_set    = set4_q[0];
     park      = '0;
     later     = '0;
     again     = '0;
     for (int unsigned p = 0; p < Ports; p++) begin
       mshrs_t line;
-      line      = same3_q[p] & active_q;
+      line      = same4_q[p] & active_q;
       joined[p] = '0;
       for (int unsigned m = 0; m < Mshrs; m++) if (line[m]) joined[p] |= mshr_t'(m);
-      if (look3_q[p] && way_hit_q[p] == '0) begin
+      if (miss4_q[p]) begin
         if (line != '0) begin
           if (done_q && line[done_mshr_q]) again[p] = 1'b1;
           else park[p] = 1'b1;
-        end else if (busy3_q[p]) begin
+        end else if (busy4_q[p]) begin
           again[p] = 1'b1;
         end else if (!free_valid_q) begin
           later[p] = 1'b1;
         end else if (!on_valid && !on_valid_q && !refused_q) begin
           on_valid  = 1'b1;
-          on_key    = key3_q[p];
-          on_waiter = waiter3_q[p];
+          on_key    = key4_q[p];
+          on_waiter = waiter4_q[p];
           on_port   = port_t'(p);
-          on_set    = set3_q[p];
+          on_set    = set4_q[p];
         end else begin
           again[p] = 1'b1;
         end
@@ -270,25 +280,25 @@ module rt_cache #(
     end
   end
   always_ff @(posedge clk_i) begin
-    park4_q     <= park;
-    later4_q    <= later;
-    again4_q    <= again;
-    where4_q    <= joined;
-    waiter4_q   <= waiter3_q;
+    park5_q     <= park;
+    later5_q    <= later;
+    again5_q    <= again;
+    where5_q    <= joined;
+    waiter5_q   <= waiter4_q;
     on_valid_q  <= on_valid;
     on_key_q    <= on_key;
     on_waiter_q <= on_waiter;
     on_port_q   <= on_port;
     on_set_q    <= on_set;
     if (!rst_ni) begin
-      park4_q    <= '0;
-      later4_q   <= '0;
-      again4_q   <= '0;
+      park5_q    <= '0;
+      later5_q   <= '0;
+      again5_q   <= '0;
       on_valid_q <= 1'b0;
     end
   end
 
-  // --- c + 4: one miss finds its place ---
+  // --- c + 5: one miss finds its place ---
   logic [Ways-1:0] open;
   logic            victim, older;
   always_comb begin
@@ -317,7 +327,7 @@ module rt_cache #(
   logic                   may_retry_q, refused_noted;
   waiter_t                refused_waiter_q;
   port_t                  refused_port_q, turn_q;
-  assign refused_noted = refused_q && !later4_q[refused_port_q];
+  assign refused_noted = refused_q && !later5_q[refused_port_q];
   always_comb begin
     retry         = '0;
     retry[turn_q] = may_retry_q && later_left[turn_q];
@@ -345,7 +355,7 @@ module rt_cache #(
   end
   for (genvar p = 0; p < int'(Ports); p++) begin : gen_waiters
     logic finishes;  // the line that port p's waiter was to wait for
-    assign finishes = done_q && where4_q[p] == done_mshr_q;
+    assign finishes = done_q && where5_q[p] == done_mshr_q;
     rt_waiters #(
         .Mshrs  (Mshrs),
         .Waiters(Waiters)
@@ -355,13 +365,13 @@ module rt_cache #(
         .open_valid_i  (opened_q && opened_port_q == port_t'(p)),
         .open_mshr_i   (opened_mshr_q),
         .open_waiter_i (opened_waiter_q),
-        .park_valid_i  (park4_q[p] && !finishes),
-        .park_mshr_i   (where4_q[p]),
-        .park_waiter_i (waiter4_q[p]),
-        .again_valid_i (again4_q[p] || (park4_q[p] && finishes)),
-        .again_waiter_i(waiter4_q[p]),
-        .later_valid_i (later4_q[p] || (refused_noted && refused_port_q == port_t'(p))),
-        .later_waiter_i(later4_q[p] ? waiter4_q[p] : refused_waiter_q),
+        .park_valid_i  (park5_q[p] && !finishes),
+        .park_mshr_i   (where5_q[p]),
+        .park_waiter_i (waiter5_q[p]),
+        .again_valid_i (again5_q[p] || (park5_q[p] && finishes)),
+        .again_waiter_i(waiter5_q[p]),
+        .later_valid_i (later5_q[p] || (refused_noted && refused_port_q == port_t'(p))),
+        .later_waiter_i(later5_q[p] ? waiter5_q[p] : refused_waiter_q),
         .later_o       (later_left[p]),
         .retry_i       (retry[p]),
         .retried_o     (retried[p]),
@@ -492,8 +502,8 @@ module rt_cache #(
 
   // --- the way to drop next ---
   if (Ways == 2) begin : gen_older
-    logic used_write, used_way;
-    set_t used_set;
+    logic used_write, used_way, used_write_q, used_way_q;
+    set_t used_set, used_set_q;
     always_comb begin
       used_write = allocate;
       used_set   = on_key_q[SetBits-1:0];
@@ -508,6 +518,12 @@ module rt_cache #(
         end
       end
     end
+    // Noted a clock later: which way is older is no more than a good guess.
+    always_ff @(posedge clk_i) begin
+      used_write_q <= used_write;
+      used_set_q   <= used_set;
+      used_way_q   <= used_way;
+    end
     rt_ram_sdp #(
         .Depth  (Sets),
         .Forward(1'b1),
@@ -515,9 +531,9 @@ module rt_cache #(
     ) u_older (
         .clk_i,
         .rst_ni,
-        .write_en_i  (used_write),
-        .write_addr_i(used_set),
-        .write_data_i(!used_way),
+        .write_en_i  (used_write_q),
+        .write_addr_i(used_set_q),
+        .write_data_i(!used_way_q),
         .read_en_i   (on_valid),
         .read_addr_i (on_key[SetBits-1:0]),
         .read_data_o (older)
@@ -529,5 +545,5 @@ module rt_cache #(
   `RT_ASSERT(FillIsExpected, !fill_valid_q || active_q[fill_mshr_q])
   `RT_ASSERT(FillHasItsLength, !fill_valid_q || fill_last_q || fill_beat != BeatBits'(FillBeats - 1))
   `RT_ASSERT(OneWay, !look3_q[0] || $onehot0(way_hit_q[0]))
-  `RT_ASSERT(FlushWhenIdle, !flushing_o || (active_q == '0 && look1_q == '0 && look2_q == '0 && look3_q == '0))
+  `RT_ASSERT(FlushWhenIdle, !flushing_o || (active_q == '0 && look1_q == '0 && look2_q == '0 && look3_q == '0 && miss4_q == '0))
 endmodule

@@ -68,17 +68,47 @@ module rt_core #(
   typedef logic [ContextBits-1:0] context_t;
   typedef rt_contract_pkg::status_t status_t;
 
-  // Answers of the memory, once more on their way to the units.
-  logic [rt_core_pkg::Sources-1:0]    fill_valid_q;
-  logic [rt_core_pkg::MshrIdBits-1:0] fill_mshr_q;
-  logic [DataBits-1:0]                fill_data_q;
-  logic                               fill_last_q, fill_error_q;
+  // A reset for each unit.
+  localparam int unsigned ResetWires = 0;  // what stands between the units
+  localparam int unsigned ResetRequests = 1;
+  localparam int unsigned ResetControl = 2;
+  localparam int unsigned ResetRays = 3;
+  localparam int unsigned ResetNodes = 4;
+  localparam int unsigned ResetLeaves = 5;
+  localparam int unsigned ResetReferences = 6;
+  localparam int unsigned ResetTests = 7;
+  localparam int unsigned ResetResults = 8;
+  localparam int unsigned ResetFinish = 9;
+  localparam int unsigned ResetLane = 10;
+  logic [ResetLane+Lanes-1:0] rst_n;
+  logic                       wires_rst_n;
+  rt_reset_copies #(
+      .Copies(ResetLane + Lanes)
+  ) u_resets (
+      .clk_i,
+      .rst_ni,
+      .rst_no(rst_n)
+  );
+  assign wires_rst_n = rst_n[ResetWires];
+
+  // Answers of the memory, on their way from unit to unit: registers for the header, rays and nodes, for leaves, for lists and triangles.
+  typedef struct packed {
+    logic [rt_core_pkg::Sources-1:0]    valid;  // one bit for each source of requests
+    logic [rt_core_pkg::MshrIdBits-1:0] mshr;
+    logic                               last;
+    logic                               error;
+    logic [DataBits-1:0]                data;
+  } fill_t;
+  fill_t near_fill_q, leaf_fill_q, far_fill_q;
   always_ff @(posedge clk_i) begin
-    fill_valid_q <= rst_ni ? fill_valid_i : '0;
-    fill_mshr_q  <= fill_mshr_i;
-    fill_data_q  <= fill_data_i;
-    fill_last_q  <= fill_last_i;
-    fill_error_q <= fill_error_i;
+    near_fill_q <= '{valid: fill_valid_i, mshr: fill_mshr_i, last: fill_last_i, error: fill_error_i, data: fill_data_i};
+    leaf_fill_q <= near_fill_q;
+    far_fill_q  <= leaf_fill_q;
+    if (!wires_rst_n) begin
+      near_fill_q.valid <= '0;
+      leaf_fill_q.valid <= '0;
+      far_fill_q.valid  <= '0;
+    end
   end
 
   rt_core_pkg::image_view_t view;
@@ -100,7 +130,7 @@ module rt_core #(
         .data_t(rt_core_pkg::read_request_t)
     ) u_skid (
         .clk_i,
-        .rst_ni,
+        .rst_ni     (rst_n[ResetRequests]),
         .in_valid_i (source_valid[s]),
         .in_ready_o (source_ready[s]),
         .in_data_i  (source_request[s]),
@@ -114,7 +144,7 @@ module rt_core #(
       .data_t   (rt_core_pkg::read_request_t)
   ) u_read_arbiter (
       .clk_i,
-      .rst_ni,
+      .rst_ni     (rst_n[ResetRequests]),
       .in_valid_i (waiting_valid),
       .in_ready_o (waiting_ready),
       .in_data_i  (waiting_request),
@@ -151,7 +181,7 @@ module rt_core #(
       .DataBits(DataBits)
   ) u_control (
       .clk_i,
-      .rst_ni,
+      .rst_ni            (rst_n[ResetControl]),
       .start_i,
       .image_base_i,
       .image_lines_i,
@@ -161,10 +191,10 @@ module rt_core #(
       .fetch_valid_o     (source_valid[rt_core_pkg::SourceHeader]),
       .fetch_ready_i     (source_ready[rt_core_pkg::SourceHeader]),
       .fetch_o           (source_request[rt_core_pkg::SourceHeader]),
-      .fill_valid_i      (fill_valid_q[rt_core_pkg::SourceHeader]),
-      .fill_data_i       (fill_data_q),
-      .fill_last_i       (fill_last_q),
-      .fill_error_i      (fill_error_q),
+      .fill_valid_i      (near_fill_q.valid[rt_core_pkg::SourceHeader]),
+      .fill_data_i       (near_fill_q.data),
+      .fill_last_i       (near_fill_q.last),
+      .fill_error_i      (near_fill_q.error),
       .view_o            (view),
       .flush_o           (flush),
       .flushing_i        (flushing != '0),
@@ -199,7 +229,7 @@ module rt_core #(
       .Config(Config)
   ) u_rays (
       .clk_i,
-      .rst_ni,
+      .rst_ni          (rst_n[ResetRays]),
       .start_i         (rays_start),
       .base_i          (ray_base_i),
       .count_i         (ray_count_i),
@@ -208,9 +238,9 @@ module rt_core #(
       .fetch_valid_o   (source_valid[rt_core_pkg::SourceRay]),
       .fetch_ready_i   (source_ready[rt_core_pkg::SourceRay]),
       .fetch_o         (source_request[rt_core_pkg::SourceRay]),
-      .fill_valid_i    (fill_valid_q[rt_core_pkg::SourceRay]),
-      .fill_data_i     (fill_data_q),
-      .fill_error_i    (fill_error_q),
+      .fill_valid_i    (near_fill_q.valid[rt_core_pkg::SourceRay]),
+      .fill_data_i     (near_fill_q.data),
+      .fill_error_i    (near_fill_q.error),
       .launch_valid_o  (ray_valid),
       .launch_ready_i  (ray_ready),
       .launch_context_o(ray_context),
@@ -236,9 +266,9 @@ module rt_core #(
   assign launch_context = return_valid ? return_context : ray_context;
   always_ff @(posedge clk_i) begin
     for (int unsigned l = 0; l < Lanes; l++) begin
-      launch_valid_q[l] <= (return_valid || ray_go) && 32'(launch_context) >> LaneContextBits == l && rst_ni;
+      launch_valid_q[l] <= (return_valid || ray_go) && 32'(launch_context) >> LaneContextBits == l && wires_rst_n;
     end
-    launch_ray_q     <= ray_go && rst_ni;
+    launch_ray_q     <= ray_go && wires_rst_n;
     launch_context_q <= launch_context;
     launch_q         <= return_valid ? return_launch : ray_launch;
     walk_ray_q       <= walk_ray;
@@ -251,7 +281,7 @@ module rt_core #(
   rt_core_pkg::walk_ray_t stored_walk_q;
   rt_core_pkg::test_ray_t stored_test_q;
   always_ff @(posedge clk_i) begin
-    stored_ray_q     <= launch_ray_q && rst_ni;
+    stored_ray_q     <= launch_ray_q && wires_rst_n;
     stored_context_q <= launch_context_q;
     stored_walk_q    <= walk_ray_q;
     stored_test_q    <= test_ray_q;
@@ -288,7 +318,7 @@ module rt_core #(
     rt_contract_pkg::pair_index_t       pair;
     // Loaded for this lane only.
     always_ff @(posedge clk_i) begin
-      lane_valid_q <= launch_valid_q[l] && rst_ni;
+      lane_valid_q <= launch_valid_q[l] && rst_n[ResetLane+l];
       if (launch_valid_q[l]) begin
         lane_ray_q     <= launch_ray_q;
         lane_context_q <= launch_context_q[LaneContextBits-1:0];
@@ -301,7 +331,7 @@ module rt_core #(
         .data_t(arrival_t)
     ) u_arrival_skid (
         .clk_i,
-        .rst_ni,
+        .rst_ni     (rst_n[ResetLane+l]),
         .in_valid_i (lane_out_valid),
         .in_ready_o (lane_out_ready),
         .in_data_i  (lane_arrival),
@@ -313,7 +343,7 @@ module rt_core #(
         .Config(Config)
     ) u_lane (
         .clk_i,
-        .rst_ni,
+        .rst_ni          (rst_n[ResetLane+l]),
         .view_i          (view),
         .ray_valid_i     (lane_valid_q && lane_ray_q),
         .ray_i           (lane_walk_q),
@@ -358,7 +388,7 @@ module rt_core #(
       .Waiters     (Config.contexts_per_lane)
   ) u_node_cache (
       .clk_i,
-      .rst_ni,
+      .rst_ni       (rst_n[ResetNodes]),
       .flush_i      (flush),
       .flushing_o   (flushing[0]),
       .req_valid_i  (look_valid),
@@ -377,11 +407,11 @@ module rt_core #(
       .fetch_key_o  (node_key),
       .fetch_mshr_o (node_mshr),
       .miss_o       (node_miss),
-      .fill_valid_i (fill_valid_q[rt_core_pkg::SourceNode]),
-      .fill_mshr_i  (fill_mshr_q),
-      .fill_data_i  (fill_data_q),
-      .fill_last_i  (fill_last_q),
-      .fill_error_i (fill_error_q)
+      .fill_valid_i (near_fill_q.valid[rt_core_pkg::SourceNode]),
+      .fill_mshr_i  (near_fill_q.mshr),
+      .fill_data_i  (near_fill_q.data),
+      .fill_last_i  (near_fill_q.last),
+      .fill_error_i (near_fill_q.error)
   );
   assign source_request[rt_core_pkg::SourceNode] = request(
       view.pair_base, 30'({node_key, (LinePairBits + 4)'(0)}), 16 * LinePairs, rt_core_pkg::SourceNode, node_mshr);
@@ -394,7 +424,7 @@ module rt_core #(
       .data_t   (arrival_t)
   ) u_arrival_arbiter (
       .clk_i,
-      .rst_ni,
+      .rst_ni     (wires_rst_n),
       .in_valid_i (out_valid),
       .in_ready_o (out_ready),
       .in_data_i  (out_arrival),
@@ -411,7 +441,7 @@ module rt_core #(
       .data_t(arrival_t)
   ) u_arrivals (
       .clk_i,
-      .rst_ni,
+      .rst_ni     (wires_rst_n),
       .in_valid_i (first_valid),
       .in_ready_o (first_ready),
       .in_data_i  (first_arrival),
@@ -438,7 +468,7 @@ module rt_core #(
       .data_t   (direct_t)
   ) u_end_arbiter (
       .clk_i,
-      .rst_ni,
+      .rst_ni     (wires_rst_n),
       .in_valid_i (end_valid),
       .in_ready_o (end_ready),
       .in_data_i  (end_data),
@@ -452,7 +482,7 @@ module rt_core #(
       .data_t(direct_t)
   ) u_end_skid (
       .clk_i,
-      .rst_ni,
+      .rst_ni     (wires_rst_n),
       .in_valid_i (chosen_valid),
       .in_ready_o (chosen_ready),
       .in_data_i  (chosen),
@@ -465,7 +495,7 @@ module rt_core #(
       .data_t(direct_t)
   ) u_direct_skid (
       .clk_i,
-      .rst_ni,
+      .rst_ni     (wires_rst_n),
       .in_valid_i (skid_valid),
       .in_ready_o (skid_ready),
       .in_data_i  (skid_data),
@@ -485,7 +515,7 @@ module rt_core #(
       .Config(Config)
   ) u_leaf (
       .clk_i,
-      .rst_ni,
+      .rst_ni              (rst_n[ResetLeaves]),
       .flush_i             (flush),
       .flushing_o          (flushing[1]),
       .view_i              (view),
@@ -512,11 +542,11 @@ module rt_core #(
       .fetch_ready_i       (source_ready[rt_core_pkg::SourceLeaf]),
       .fetch_key_o         (leaf_key),
       .fetch_mshr_o        (leaf_mshr),
-      .fill_valid_i        (fill_valid_q[rt_core_pkg::SourceLeaf]),
-      .fill_mshr_i         (fill_mshr_q),
-      .fill_data_i         (fill_data_q),
-      .fill_last_i         (fill_last_q),
-      .fill_error_i        (fill_error_q),
+      .fill_valid_i        (leaf_fill_q.valid[rt_core_pkg::SourceLeaf]),
+      .fill_mshr_i         (leaf_fill_q.mshr),
+      .fill_data_i         (leaf_fill_q.data),
+      .fill_last_i         (leaf_fill_q.last),
+      .fill_error_i        (leaf_fill_q.error),
       .events_o            (leaf_events),
       .leaf_o              (leaf_counted)
   );
@@ -530,12 +560,12 @@ module rt_core #(
   rt_core_pkg::references_t references_q;
   rt_core_pkg::leave_t      leave_q;
   always_ff @(posedge clk_i) begin
-    leave_valid_q        <= leave_valid && rst_ni;
+    leave_valid_q        <= leave_valid && wires_rst_n;
     leave_context_q      <= leave_context;
     leave_q              <= leave;
-    iter_valid_q         <= iter_valid && rst_ni;
+    iter_valid_q         <= iter_valid && wires_rst_n;
     iter_context_q       <= iter_context;
-    references_valid_q   <= references_valid && rst_ni;
+    references_valid_q   <= references_valid && wires_rst_n;
     references_context_q <= references_context;
     references_q         <= references;
   end
@@ -557,7 +587,7 @@ module rt_core #(
       .Config(Config)
   ) u_references (
       .clk_i,
-      .rst_ni,
+      .rst_ni                (rst_n[ResetReferences]),
       .flush_i               (flush),
       .flushing_o            (flushing[2]),
       .view_i                (view),
@@ -582,16 +612,16 @@ module rt_core #(
       .list_fetch_ready_i    (source_ready[rt_core_pkg::SourceList]),
       .list_fetch_key_o      (list_key),
       .list_fetch_mshr_o     (list_mshr),
-      .list_fill_valid_i     (fill_valid_q[rt_core_pkg::SourceList]),
+      .list_fill_valid_i     (far_fill_q.valid[rt_core_pkg::SourceList]),
       .triangle_fetch_valid_o(source_valid[rt_core_pkg::SourceTriangle]),
       .triangle_fetch_ready_i(source_ready[rt_core_pkg::SourceTriangle]),
       .triangle_fetch_key_o  (triangle_key),
       .triangle_fetch_mshr_o (triangle_mshr),
-      .triangle_fill_valid_i (fill_valid_q[rt_core_pkg::SourceTriangle]),
-      .fill_mshr_i           (fill_mshr_q),
-      .fill_data_i           (fill_data_q),
-      .fill_last_i           (fill_last_q),
-      .fill_error_i          (fill_error_q),
+      .triangle_fill_valid_i (far_fill_q.valid[rt_core_pkg::SourceTriangle]),
+      .fill_mshr_i           (far_fill_q.mshr),
+      .fill_data_i           (far_fill_q.data),
+      .fill_last_i           (far_fill_q.last),
+      .fill_error_i          (far_fill_q.error),
       .events_o              (reference_events),
       .list_hit_o            (list_hit),
       .list_miss_o           (list_miss),
@@ -613,7 +643,7 @@ module rt_core #(
   logic [$clog2(TestDepth+1)-1:0] test_usage;
   assign test_ready = 32'(test_usage) <= TestDepth - 2;
   always_ff @(posedge clk_i) begin
-    test_valid_q <= test_valid && rst_ni;
+    test_valid_q <= test_valid && wires_rst_n;
     test_q       <= '{tag: test_tag, data: test_data};
   end
   rt_fifo #(
@@ -621,7 +651,7 @@ module rt_core #(
       .data_t(test_t)
   ) u_tests (
       .clk_i,
-      .rst_ni,
+      .rst_ni     (wires_rst_n),
       .in_valid_i (test_valid_q),
       .in_ready_o (test_room),
       .in_data_i  (test_q),
@@ -635,7 +665,7 @@ module rt_core #(
       .tag_t(test_tag_t)
   ) u_tri_test (
       .clk_i,
-      .rst_ni,
+      .rst_ni     (rst_n[ResetTests]),
       .in_valid_i (entering_valid),
       .in_ready_o (entering_ready),
       .in_data_i  (entering.data),
@@ -654,7 +684,7 @@ module rt_core #(
       .Config(Config)
   ) u_results (
       .clk_i,
-      .rst_ni,
+      .rst_ni              (rst_n[ResetResults]),
       .parent_links_i      (parent_links_q),
       .ray_valid_i     (launch_ray_q),
       .ray_context_i   (launch_context_q),
@@ -689,7 +719,7 @@ module rt_core #(
       .tag_t(logic [31:0])
   ) u_hit_finish (
       .clk_i,
-      .rst_ni,
+      .rst_ni     (rst_n[ResetFinish]),
       .in_valid_i (finish_valid),
       .in_ready_o (finish_ready),
       .in_data_i  (finish),

@@ -1,7 +1,7 @@
 // Counters of a run: every one is 32 bits, cleared by clear_i, adds its increment in every clock while enable_i, wraps.
 //
-// Purpose     Where the clocks of a frame go. Increments are registered first, so that counting is in nobody's timing path; they may be
-//             larger than one (lanes, contexts).
+// Purpose     Where the clocks of a frame go. Increments, clear_i and enable_i are registered first, so that counting is in nobody's timing path;
+//             increments may be larger than one (lanes, contexts).
 module rt_counters #(
     parameter int unsigned Count = 8,
     parameter int unsigned StepBits = 9
@@ -14,11 +14,15 @@ module rt_counters #(
 );
   logic [StepBits-1:0] step_q [Count];
   logic [31:0]         count_q[Count];
+  logic                clear_q, enable_q;
 
   always_ff @(posedge clk_i) begin
+    step_q   <= step_i;
+    clear_q  <= clear_i;
+    enable_q <= enable_i && !clear_i;
     for (int unsigned i = 0; i < Count; i++) begin
-      step_q[i]  <= (enable_i && !clear_i) ? step_i[i] : '0;
-      count_q[i] <= clear_i ? '0 : count_q[i] + 32'(step_q[i]);
+      if (clear_q) count_q[i] <= '0;
+      else if (enable_q) count_q[i] <= count_q[i] + 32'(step_q[i]);
     end
   end
   assign count_o = count_q;

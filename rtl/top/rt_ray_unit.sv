@@ -5,9 +5,10 @@
 //             cached. Tiles are high, so that an image has few bands of them: what lies across two bands is fetched twice.
 //             Any row_i is safe: every index below count_i is visited once (rows are ignored where their sums could overflow).
 // Reads       Only the beats that hold fields; where that leaves out the end of a record, one ray a burst. Otherwise at most RaysPerBurst
-//             rays, within an aligned block of as many, so that no burst crosses 4 KB; as many in flight as the ray FIFO has room for. One id, so the answers come in order; u_order remembers which rays they are.
-// Rate        One burst in Settle + 1 clocks, one launch in two: a ray is traced for many more, so index and address are found step by step, each
-//             in a register.
+//             rays, within an aligned block of as many, so that no burst crosses 4 KB; as many in flight as there is room
+//             for their beats. One id, so the answers come in order; u_order remembers which rays they are.
+// Rate        One burst in Settle + 1 clocks, one launch in RayBeats + 1 or three (rt_ray_setup): a ray is traced for many more, so index and
+//             address are found step by step, each in a register, and a ray is put together beat by beat.
 // Context     The first rays go to the lanes in turn, BlockRays to each; the following ones get contexts in the order in which they became free.
 // Launch      launch_valid_o with everything that the units keep of a ray; all of them take it in the same clock.
 // Faults      A ray that could not be read, or that rt_ray_setup rejects, is launched with the fault and ends at once in its lane.
@@ -55,21 +56,13 @@ module rt_ray_unit #(
   localparam int unsigned LaneBits = Config.lanes > 1 ? $clog2(Config.lanes) : 1;
 
   typedef struct packed {
-    logic [31:0]                  index;
-    logic                         error;
-    rt_contract_pkg::ray_record_t ray;
-  } read_t;
-  typedef struct packed {
     logic        error;
     logic [31:0] index;
   } tag_t;
 
-  logic       error_q, push_q, push_error_q;
-  logic [2:0] push_number_q;  // rays of the oldest burst that have been pushed
-
   // --- requests: a position in the image, advanced by a burst or to the next row of the tile ---
-  localparam int unsigned TileWidth = 8;
-  localparam int unsigned TileHeight = 32;
+  localparam int unsigned TileWidth = 4;
+  localparam int unsigned TileHeight = 64;
   localparam int unsigned TileBits = $clog2(TileWidth);
   localparam int unsigned LineBits = $clog2(TileHeight);
   typedef struct packed {
@@ -83,7 +76,7 @@ module rt_ray_unit #(
   logic [LineBits-1:0]              line_number_q;
   logic [TileBits:0]                done_q;      // rays of this row of the tile
   logic [RoomBits-1:0]              room_q;      // rays that may still be asked for
-  logic                             fetch_go, fetch_open, ray_leaves, order_room, order_valid, row_ends, last_line;
+  logic                             fetch_go, fetch_open, ray_leaves, order_room, order_valid, row_ends, last_line, burst_ends;
   logic                             fetch_valid_q;
   rt_core_pkg::read_request_t       fetch_q;
   order_t                           order;
@@ -183,85 +176,83 @@ module rt_ray_unit #(
       .in_ready_o (order_room),
       .in_data_i  ('{index: index_q, count: burst_q}),
       .out_valid_o(order_valid),
-      .out_ready_i(push_q && push_number_q + 3'd1 == order.count),
+      .out_ready_i(burst_ends),
       .out_data_o (order),
       .usage_o    (order_usage_unused)
   );
   assign fetch_valid_o = fetch_valid_q;
   assign fetch_o       = fetch_q;
 
-  // --- answers: beats to rays ---
-  logic [RayBeats*DataBits-1:0]            gather_q;
-  logic [BeatBits-1:0]                     beat_q;
-  logic                                    fill_valid_q, fill_error_q;
-  logic [DataBits-1:0]                     fill_data_q;
+  // --- answers: beats wait in a block RAM, and are put together to a ray when rt_ray_setup has taken the one before ---
+  typedef struct packed {
+    logic                error;
+    logic [DataBits-1:0] data;
+  } beat_t;
+  localparam int unsigned QueueBeats = QueueRays * RayBeats;
+  beat_t                          fill_q, beat;
+  logic                           fill_valid_q, beat_room, beat_valid, beat_take;
+  logic [$clog2(QueueBeats+1)-1:0] beat_usage_unused;
   always_ff @(posedge clk_i) begin
     fill_valid_q <= fill_valid_i && rst_ni;
-    if (fill_valid_i) begin
-      fill_data_q  <= fill_data_i;
-      fill_error_q <= fill_error_i;
-    end
+    fill_q       <= '{error: fill_error_i, data: fill_data_i};
   end
+  rt_fifo #(
+      .Depth   (QueueBeats),
+      .BlockRam(1'b1),
+      .data_t  (beat_t)
+  ) u_beats (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (fill_valid_q),
+      .in_ready_o (beat_room),
+      .in_data_i  (fill_q),
+      .out_valid_o(beat_valid),
+      .out_ready_i(beat_take),
+      .out_data_o (beat),
+      .usage_o    (beat_usage_unused)
+  );
+
+  logic [RayBeats-1:0][DataBits-1:0] gather_q;
+  logic [BeatBits-1:0]               beat_q;  // of the ray that is being put together
+  logic                              ray_valid_q, ray_error_q, ray_taken, last_beat;
+  logic [31:0]                       ray_index_q;
+  logic [2:0]                        ray_number_q;  // rays of the oldest burst before this one
+  rt_contract_pkg::ray_record_t      ray;
+  assign beat_take = !ray_valid_q;
+  assign last_beat = beat_valid && beat_take && beat_q == BeatBits'(RayBeats - 1);
+  assign burst_ends = last_beat && ray_number_q + 3'd1 == order.count;
+  assign ray       = rt_contract_pkg::RayUsedBits'(gather_q);
   always_ff @(posedge clk_i) begin
-    push_q <= 1'b0;
-    if (push_q) push_number_q <= push_number_q + 3'd1 == order.count ? '0 : push_number_q + 3'd1;
-    if (fill_valid_q) begin
-      gather_q     <= {fill_data_q, gather_q[RayBeats*DataBits-1:DataBits]};
-      beat_q       <= beat_q == BeatBits'(RayBeats - 1) ? '0 : beat_q + 1'b1;
-      push_q       <= beat_q == BeatBits'(RayBeats - 1);
-      push_error_q <= error_q || fill_error_q;
-      error_q      <= beat_q != BeatBits'(RayBeats - 1) && (error_q || fill_error_q);
+    if (ray_taken) ray_valid_q <= 1'b0;
+    if (beat_valid && beat_take) begin
+      gather_q    <= {beat.data, gather_q[RayBeats-1:1]};
+      beat_q      <= last_beat ? '0 : beat_q + 1'b1;
+      ray_valid_q <= last_beat;
+      ray_error_q <= beat.error || (beat_q != '0 && ray_error_q);
+    end
+    if (last_beat) begin
+      ray_index_q  <= order.index + 32'(ray_number_q);
+      ray_number_q <= burst_ends ? '0 : ray_number_q + 3'd1;
     end
     if (!rst_ni) begin
-      beat_q        <= '0;
-      push_q        <= 1'b0;
-      push_number_q <= '0;
-      error_q       <= 1'b0;
+      ray_valid_q  <= 1'b0;
+      beat_q       <= '0;
+      ray_number_q <= '0;
     end
   end
-
-  logic  queued_valid, queued_ready, queue_valid, queue_ready, setup_ready, push_room;
-  read_t queued_data, queue_data;
-  logic [RoomBits-1:0] queue_usage_unused;
-  rt_fifo #(
-      .Depth (QueueRays),
-      .data_t(read_t)
-  ) u_queue (
-      .clk_i,
-      .rst_ni,
-      .in_valid_i (push_q),
-      .in_ready_o (push_room),
-      .in_data_i  ('{index: order.index + 32'(push_number_q), error: push_error_q, ray: rt_contract_pkg::RayUsedBits'(gather_q)}),
-      .out_valid_o(queued_valid),
-      .out_ready_i(queued_ready),
-      .out_data_o (queued_data),
-      .usage_o    (queue_usage_unused)
-  );
-  rt_skid #(
-      .data_t(read_t)
-  ) u_queue_skid (
-      .clk_i,
-      .rst_ni,
-      .in_valid_i (queued_valid),
-      .in_ready_o (queued_ready),
-      .in_data_i  (queued_data),
-      .out_valid_o(queue_valid),
-      .out_ready_i(queue_ready),
-      .out_data_o (queue_data)
-  );
-  assign queue_ready = setup_ready;
-  assign ray_leaves  = queued_valid && queued_ready;
+  assign ray_leaves = ray_taken;
 
   rt_contract_pkg::ray_setup_in_record_t  setup_in;
   rt_contract_pkg::ray_setup_out_record_t setup_out;
   tag_t                                   setup_tag;
-  logic                                   setup_valid, setup_take;
+  logic                                   setup_valid, setup_ready, setup_take;
+  assign ray_taken = ray_valid_q && setup_ready;
   always_comb begin
     setup_in           = '0;
-    setup_in.origin    = queue_data.ray.origin;
-    setup_in.direction = queue_data.ray.direction;
-    setup_in.t_max     = queue_data.ray.t_max;
-    setup_in.any       = queue_data.ray.any;
+    setup_in.origin    = ray.origin;
+    setup_in.direction = ray.direction;
+    setup_in.t_max     = ray.t_max;
+    setup_in.any       = ray.any;
     setup_in.box       = box_i;
   end
   rt_ray_setup #(
@@ -269,10 +260,10 @@ module rt_ray_unit #(
   ) u_setup (
       .clk_i,
       .rst_ni,
-      .in_valid_i (queue_valid),
+      .in_valid_i (ray_valid_q),
       .in_ready_o (setup_ready),
       .in_data_i  (setup_in),
-      .in_tag_i   ('{error: queue_data.error, index: queue_data.index}),
+      .in_tag_i   ('{error: ray_error_q, index: ray_index_q}),
       .out_valid_o(setup_valid),
       .out_ready_i(setup_take),
       .out_data_o (setup_out),
@@ -351,8 +342,8 @@ module rt_ray_unit #(
     info_o     = '{index: setup_tag.index, any: setup_out.any, t_max: setup_out.t_max};
   end
 
-  `RT_ASSERT(RayIsExpected, !push_q || order_valid)
-  `RT_ASSERT(QueueHasRoom, !push_q || push_room)
+  `RT_ASSERT(RayIsExpected, !last_beat || order_valid)
+  `RT_ASSERT(BeatsHaveRoom, !fill_valid_q || beat_room)
   `RT_ASSERT(FreesWhatIsUsed, !free_valid_i || (used_q != '0 && freed_room))
   `RT_ASSERT(BlockIsPowerOfTwo, BlockRays == (1 << BlockBits))
 endmodule

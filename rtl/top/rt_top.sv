@@ -84,20 +84,21 @@ module rt_top #(
   rt_regs_pkg::rt_regs__out_t regs;
   // verilator coverage_on
 
-  // --- soft reset: stop, drain, reset ---
+  // --- reset of the core, a register away from it: after this one's reset, and as a soft reset: stop, drain, reset ---
   typedef enum logic [1:0] {
     Run,
     Drain,
     Reset
   } stop_e;
   stop_e                      stop_q;
-  logic                       core_rst_n, core_reset_q, draining;
-  logic [1:0]                 reset_left_q;
+  logic                       core_ready_q, draining;
+  logic                       core_reset_q = 1'b1;
+  logic [2:0]                 reset_left_q;
+  logic [1:0]                 settled_q;  // rt_core hands its reset on to its units a clock later
   logic [OutstandingBits-1:0] outstanding_q;
   logic                       writer_idle, read_offered_q, read_pending;
 
-  assign draining   = stop_q != Run;
-  assign core_rst_n = rst_ni && !core_reset_q;
+  assign draining = stop_q != Run;
   always_ff @(posedge clk_i) begin
     case (stop_q)
       Run: if (regs.control.soft_reset.value) stop_q <= Drain;
@@ -109,9 +110,13 @@ module rt_top #(
     endcase
     if (stop_q != Reset) reset_left_q <= '1;
     core_reset_q <= stop_q == Reset;
+    settled_q    <= {settled_q[0], stop_q == Run};
+    core_ready_q <= settled_q == '1 && stop_q == Run;
     if (!rst_ni) begin
-      stop_q       <= Run;
-      core_reset_q <= 1'b0;
+      stop_q       <= Reset;
+      core_reset_q <= 1'b1;
+      settled_q    <= '0;
+      core_ready_q <= 1'b0;
     end
   end
 
@@ -131,12 +136,12 @@ module rt_top #(
   logic [rt_core_pkg::MshrIdBits-1:0] r_mshr_q;
   logic [DataBits-1:0]               r_data_q;
 
-  assign start = regs.control.start.value && !draining && !regs.control.soft_reset.value;
+  assign start = regs.control.start.value && core_ready_q && !draining && !regs.control.soft_reset.value;
   rt_core #(
       .Config(Config)
   ) u_core (
       .clk_i,
-      .rst_ni           (core_rst_n),
+      .rst_ni           (!core_reset_q),
       .start_i          (start),
       .image_base_i     ({regs.image_base_hi.value.value[AddrBits-33:0], regs.image_base_lo.value.value[31:6], 6'b0}),
       .image_lines_i    (regs.image_lines.value.value),
@@ -281,7 +286,7 @@ module rt_top #(
     regs_in.build.contexts.next           = 12'(Config.lanes * Config.contexts_per_lane);
     regs_in.build.data_bytes.next         = 6'(DataBits / 8);
     regs_in.build.mail_entries.next            = 6'(Config.mail_entries);
-    regs_in.status.busy.next               = busy || draining || core_reset_q || regs.control.soft_reset.value || start;
+    regs_in.status.busy.next               = busy || draining || !core_ready_q || regs.control.soft_reset.value || start;
     regs_in.status.done.next               = done;
     regs_in.status.image_fault.next        = image_fault;
     regs_in.status.ray_fault.next          = ray_fault;
