@@ -226,8 +226,8 @@ arguments = parser.parse_args()
 design = ys.Design()
 design.scratchpad_set_string("synth_lattice.abc9.W", str(WIRE_PS))
 ys.run_pass(arguments.read, design)
-# Copies of a register that the source wants kept (rt_reset_copies): Yosys keeps a wire with the attribute, not the register that drives it.
-ys.run_pass("setattr -set keep 1 */w:*reset_copy_q %ci1 */t:$dff %i", design)
+# Copies of a register that the source wants kept (rt_copies): Yosys keeps a wire with the attribute, not the register that drives it.
+ys.run_pass("setattr -set keep 1 */w:*copy_q %ci1 */t:$dff %i", design)
 ys.run_pass("synth_ecp5 -run begin:map_luts -top " + arguments.top, design)
 read_text(design, "late", DELAY % BLOCK_RAM_PS, "read_verilog -lib -specify")
 absorb_registers(design)

@@ -48,12 +48,13 @@ module rt_board #(
   localparam int unsigned ResetLamps = 3;
   localparam int unsigned Resets = 4;
   logic [Resets-1:0] rst_n;
-  rt_reset_copies #(
-      .Copies(Resets)
+  rt_copies #(
+      .Copies(Resets),
+      .Start (1'b0)
   ) u_resets (
       .clk_i,
-      .rst_ni,
-      .rst_no(rst_n)
+      .data_i(rst_ni),
+      .data_o(rst_n)
   );
 
   // --- serial line ---

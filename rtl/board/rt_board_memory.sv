@@ -5,7 +5,8 @@
 // Bursts      INCR of whole beats (8 bytes); any other kind or size is answered with SLVERR and changes nothing. Addresses are
 //             aligned down to a beat. Byte strobes count.
 // Order       Reads in the order of their addresses, writes likewise, whatever their ids: ids only travel. A read and a write of the same
-//             word in the same clock: the read waits a clock, so it returns old or new data, never a mixture.
+//             word in the same clock: the read waits a clock, so it returns old or new data, never a mixture (NearBits of the word are compared:
+//             some others wait as well).
 // Throughput  One beat read and one written a clock, up to Queue bursts waiting each way; no gap between bursts.
 // Latency     Read: 5 clocks from the address to its first beat. Write: its answer 2 clocks after the last beat.
 // Cuts        Every valid, data and ready path.
@@ -39,6 +40,7 @@ module rt_board_memory #(
   localparam int unsigned BeatShift = 3;
   localparam int unsigned WordBits = SizeBits - BeatShift;
   localparam int unsigned PageWordBits = PageBits - BeatShift;
+  localparam int unsigned NearBits = 4;
   localparam int unsigned ReadPlaces = 8;  // beats on their way out: RAM, register, queue
 
   `RT_ASSERT_INIT(PowerOfTwo, Bytes == 32'd1 << SizeBits && SizeBits >= PageBits)
@@ -158,7 +160,7 @@ module rt_board_memory #(
     logic [1:0]                         resp;
     logic                               last;
   } beat_t;
-  logic ar_valid, ar_load, ar_active_q, read_fire, read_last, room;
+  logic ar_valid, ar_load, ar_active_q, ar_last_q, read_fire, room_q;
   burst_t ar, ar_q;
   logic [$clog2(ReadPlaces+1)-1:0] ahead_q;  // beats issued and not yet taken
   logic read_1q, read_2q;
@@ -182,29 +184,32 @@ module rt_board_memory #(
       .usage_o    ()
   );
 
-  assign room      = ahead_q != ($clog2(ReadPlaces + 1))'(ReadPlaces);
-  assign read_last = ar_q.len == '0;
-  assign read_fire = ar_active_q && room && !(write_q && write_word_q == ar_q.word);
-  assign ar_load   = !ar_active_q || (read_fire && read_last);
+  assign read_fire = ar_active_q && room_q && !(write_q && write_word_q[NearBits-1:0] == ar_q.word[NearBits-1:0]);
+  assign ar_load   = !ar_active_q || (read_fire && ar_last_q);
   assign r_taken   = r_valid_o && r_ready_i;
 
   always_ff @(posedge clk_i) begin
     if (ar_load) begin
       ar_active_q <= ar_valid;
       ar_q        <= ar;
+      ar_last_q   <= ar.len == '0;
     end else if (read_fire) begin
       ar_q.word <= next_word(ar_q.word);
       ar_q.len  <= ar_q.len - 1'b1;
+      ar_last_q <= ar_q.len == 8'd1;
     end
+    // One more beat may be issued in this clock.
+    room_q  <= ahead_q < ($clog2(ReadPlaces + 1))'(ReadPlaces - 1);
     ahead_q <= ahead_q + ($clog2(ReadPlaces + 1))'(read_fire) - ($clog2(ReadPlaces + 1))'(r_taken);
     read_1q <= read_fire;
-    beat_1q <= '{id: ar_q.id, resp: ar_q.resp, last: read_last};
+    beat_1q <= '{id: ar_q.id, resp: ar_q.resp, last: ar_last_q};
     read_2q <= read_1q;
     beat_2q <= beat_1q;
     data_2q <= ram_data;
     if (!rst_ni) begin
       ar_active_q <= 1'b0;
       ahead_q     <= '0;
+      room_q      <= 1'b0;
       read_1q     <= 1'b0;
       read_2q     <= 1'b0;
     end

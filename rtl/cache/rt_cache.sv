@@ -15,7 +15,7 @@
 // Progress    A line that was filled is kept by its MSHR until it has been hit once (fresh), so that those who asked for it get it before the
 //             next one takes its way. Where no other is free, a miss takes an MSHR that only keeps a line, but in the last quarter of every 2^LeaseBits
 //             clocks: in that time whoever is woken gets its line. As a waiter may have gone (an any-hit ray that is done), freshness ends then.
-// Fill        Beats may come in any order between miss registers; they go into the data RAM at once. The way that is filled counts as invalid
+// Fill        Beats may come in any order between miss registers; they go into the data RAMs as they come. The way that is filled counts as invalid
 //             from the miss to the end of the fill. A line with an error becomes invalid.
 // Flush       flush_i starts it, flushing_o is high until all tags are invalid (Sets clocks). No lookups before the first flush and during one.
 // Structure   Ports x Ways x (WordBits / DataBits) RAMs with the same contents for each port; a word is what one lookup reads. Tags with their
@@ -127,9 +127,9 @@ module rt_cache #(
   key_t  fetch_key_q;
   mshr_t fetch_mshr_q, need_mshr;
 
-  // A fill whose last beat was written in the clock before.
-  logic  done_q, done_error_q;
-  mshr_t done_mshr_q;
+  // A fill whose last beat has come; in the clock in which done_q is 1 its tag is written, and the last beat.
+  logic  ending_q, ending_error_q, done_q, done_error_q;
+  mshr_t ending_mshr_q, done_mshr_q;
 
   // Registers of its own for the answers, which go to every cache; in the next clock they are written.
   logic                fill_valid_q, fill_last_q, fill_error_q;
@@ -147,18 +147,37 @@ module rt_cache #(
     end
   end
 
-  // Tags are written by the end of a fill, or one after the other by a flush.
-  set_t flush_set_q, tag_set;
-  logic flushing_q;
-  tag_t tag_new;
-  assign flushing_o    = flushing_q || flush_i;
-  assign tag_set       = flushing_q ? flush_set_q : mshr_key_q[done_mshr_q][SetBits-1:0];
-  assign tag_new.valid = !flushing_q && !done_error_q;
-  assign tag_new.tag   = mshr_key_q[done_mshr_q][KeyBits-1:SetBits];
+  // Tags are written by the end of a fill, or one after the other by a flush; every port has the write in registers of its own.
+  typedef struct packed {
+    logic [Ways-1:0] ways;
+    set_t            index;
+    tag_t            tag;
+  } tag_write_t;
+  set_t       flush_set_q;
+  logic       flushing_q, flushed_q;
+  tag_write_t tag_write;
+  tag_write_t [Ports-1:0] port_tag_write;
+  assign flushing_o = flushing_q || flush_i || flushed_q;
+  always_comb begin
+    tag_write.ways = '0;
+    for (int unsigned w = 0; w < Ways; w++) tag_write.ways[w] = flushing_q || (ending_q && way_q[ending_mshr_q] == 1'(w));
+    tag_write.index       = flushing_q ? flush_set_q : mshr_key_q[ending_mshr_q][SetBits-1:0];
+    tag_write.tag.valid = !flushing_q && !ending_error_q;
+    tag_write.tag.tag   = mshr_key_q[ending_mshr_q][KeyBits-1:SetBits];
+  end
+  rt_copies #(
+      .Copies(Ports),
+      .data_t(logic [$bits(tag_write_t)-1:0])
+  ) u_tag_writes (
+      .clk_i,
+      .data_i(tag_write),
+      .data_o(port_tag_write)
+  );
   always_ff @(posedge clk_i) begin
     if (flush_i) flushing_q <= 1'b1;
     else if (flush_set_q == '1) flushing_q <= 1'b0;
     flush_set_q <= flushing_q ? flush_set_q + 1'b1 : '0;
+    flushed_q   <= flushing_q;
     if (!rst_ni) flushing_q <= 1'b0;
   end
 
@@ -200,7 +219,7 @@ module rt_cache #(
       key4_q[p]    <= key3_q[p];
       waiter4_q[p] <= waiter3_q[p];
       miss4_q[p]   <= look3_q[p] && way_hit_q[p] == '0 && rst_ni;
-      unsure1_q[p] <= (done_q || flushing_q) && req_key_i[p][SetBits-1:0] == tag_set;
+      unsure1_q[p] <= port_tag_write[p].ways != '0 && req_key_i[p][SetBits-1:0] == port_tag_write[p].index;
       unsure2_q[p] <= unsure1_q[p];
       busy2_q[p]   <= (key1[p] & active_q) != '0 || unsure1_q[p];
       busy3_q[p]   <= busy2_q[p];
@@ -406,9 +425,12 @@ module rt_cache #(
       beat_q[free_q]     <= '0;
     end
 
-    done_q       <= fill_valid_q && fill_last_q;
-    done_mshr_q  <= fill_mshr_q;
-    done_error_q <= fill_valid_q && fill_last_q && (fill_error_q || error_q[fill_mshr_q]);
+    ending_q       <= fill_valid_q && fill_last_q && rst_ni;
+    ending_mshr_q  <= fill_mshr_q;
+    ending_error_q <= fill_valid_q && fill_last_q && (fill_error_q || error_q[fill_mshr_q]);
+    done_q         <= ending_q;
+    done_mshr_q    <= ending_mshr_q;
+    done_error_q   <= ending_error_q;
     if (fill_valid_q) begin
       beat_q[fill_mshr_q] <= fill_beat + 1'b1;
       if (fill_error_q) error_q[fill_mshr_q] <= 1'b1;
@@ -453,21 +475,30 @@ module rt_cache #(
     return AddrBits'({set, word});
   endfunction
 
-  // Written while the MSHR's last beat is noted as done, and its tag with it.
-  logic [AddrBits-1:0]        write_addr_q;
-  logic [DataBits-1:0]        write_data_q;
-  logic [Ways-1:0][Banks-1:0] write_q;
+  typedef struct packed {
+    logic [Ways-1:0][Banks-1:0] banks;
+    logic [AddrBits-1:0]        addr;
+    logic [DataBits-1:0]        data;
+  } data_write_t;
+  data_write_t write_q;
+  data_write_t [Ports-1:0] port_write;
   always_ff @(posedge clk_i) begin
-    write_addr_q <= word_address(mshr_key_q[fill_mshr_q][SetBits-1:0], SelectBits'(int'(fill_beat) / Banks));
-    write_data_q <= fill_data_q;
+    write_q.addr <= word_address(mshr_key_q[fill_mshr_q][SetBits-1:0], SelectBits'(int'(fill_beat) / Banks));
+    write_q.data <= fill_data_q;
     for (int unsigned w = 0; w < Ways; w++) begin
-      for (int unsigned b = 0; b < Banks; b++) write_q[w][b] <= fill_valid_q && way_q[fill_mshr_q] == 1'(w) && int'(fill_beat) % Banks == int'(b);
+      for (int unsigned b = 0; b < Banks; b++) write_q.banks[w][b] <= fill_valid_q && way_q[fill_mshr_q] == 1'(w) && int'(fill_beat) % Banks == int'(b);
     end
   end
+  rt_copies #(
+      .Copies(Ports),
+      .data_t(logic [$bits(data_write_t)-1:0])
+  ) u_writes (
+      .clk_i,
+      .data_i(write_q),
+      .data_o(port_write)
+  );
 
   for (genvar w = 0; w < int'(Ways); w++) begin : gen_way
-    logic tag_write;
-    assign tag_write = flushing_q || (done_q && way_q[done_mshr_q] == 1'(w));
     for (genvar p = 0; p < int'(Ports); p++) begin : gen_port
       rt_ram_sdp #(
           .Depth (Sets),
@@ -475,9 +506,9 @@ module rt_cache #(
       ) u_tag (
           .clk_i,
           .rst_ni,
-          .write_en_i  (tag_write),
-          .write_addr_i(tag_set),
-          .write_data_i(tag_new),
+          .write_en_i  (port_tag_write[p].ways[w]),
+          .write_addr_i(port_tag_write[p].index),
+          .write_data_i(port_tag_write[p].tag),
           .read_en_i   (1'b1),
           .read_addr_i (req_key_i[p][SetBits-1:0]),
           .read_data_o (tag_read[p][w])
@@ -489,9 +520,9 @@ module rt_cache #(
         ) u_data (
             .clk_i,
             .rst_ni,
-            .write_en_i  (write_q[w][b]),
-            .write_addr_i(write_addr_q),
-            .write_data_i(write_data_q),
+            .write_en_i  (port_write[p].banks[w][b]),
+            .write_addr_i(port_write[p].addr),
+            .write_data_i(port_write[p].data),
             .read_en_i   (1'b1),
             .read_addr_i (word_address(req_key_i[p][SetBits-1:0], req_word_i[p])),
             .read_data_o (data_read[p][w][b*DataBits+:DataBits])
@@ -502,27 +533,26 @@ module rt_cache #(
 
   // --- the way to drop next ---
   if (Ways == 2) begin : gen_older
-    logic used_write, used_way, used_write_q, used_way_q;
-    set_t used_set, used_set_q;
-    always_comb begin
-      used_write = allocate;
-      used_set   = on_key_q[SetBits-1:0];
-      used_way   = victim;
+    logic [Ports-1:0] hit4_q, way4_q;
+    logic             used_write_q, used_way_q;
+    set_t             used_set_q;
+    // Noted when it suits: which way is older is no more than a good guess.
+    always_ff @(posedge clk_i) begin
+      for (int unsigned p = 0; p < Ports; p++) begin
+        hit4_q[p] <= way_hit_q[p] != '0;
+        way4_q[p] <= way_hit_q[p][Ways-1];
+      end
+      used_write_q <= allocate || hit4_q != '0;
+      used_set_q   <= on_key_q[SetBits-1:0];
+      used_way_q   <= victim;
       if (!allocate) begin
         for (int unsigned p = 0; p < Ports; p++) begin
-          if (way_hit_q[p] != '0) begin
-            used_write = 1'b1;
-            used_set   = key3_q[p][SetBits-1:0];
-            used_way   = way_hit_q[p][Ways-1];
+          if (hit4_q[p]) begin
+            used_set_q <= key4_q[p][SetBits-1:0];
+            used_way_q <= way4_q[p];
           end
         end
       end
-    end
-    // Noted a clock later: which way is older is no more than a good guess.
-    always_ff @(posedge clk_i) begin
-      used_write_q <= used_write;
-      used_set_q   <= used_set;
-      used_way_q   <= used_way;
     end
     rt_ram_sdp #(
         .Depth  (Sets),

@@ -30,8 +30,11 @@ module rt_leaf_exit #(
     rt_contract_pkg::t_t t;
   } late_t;
 
-  rt_contract_pkg::position_t [2:0] plane;
-  logic [2:0] upper;
+  rt_contract_pkg::position_t [2:0] plane_q, origin_q;
+  rt_contract_pkg::reciprocal_t [2:0] reciprocal_q;
+  rt_contract_pkg::recip_shift_t [2:0] shift_q;
+  logic [2:0] upper_q, zero_q;
+  rt_contract_pkg::t_t t_q;
   late_t late_in, late;
   sides_t sides_q;
   rt_contract_pkg::t_t t_plane[3];
@@ -40,19 +43,28 @@ module rt_leaf_exit #(
   logic enter_unused;
 
   for (genvar axis = 0; axis < 3; axis++) begin : gen_axis
-    assign upper[axis] = !in_data_i.negative[axis];
-    assign plane[axis] = upper[axis] ? in_data_i.bound[2*axis+1] : in_data_i.bound[2*axis];
+    always_ff @(posedge clk_i) begin
+      upper_q[axis] <= !in_data_i.negative[axis];
+      plane_q[axis] <= in_data_i.negative[axis] ? in_data_i.bound[2*axis] : in_data_i.bound[2*axis+1];
+    end
     rt_t_plane u_plane (
         .clk_i,
         .rst_ni,
-        .plane_i     (plane[axis]),
-        .origin_i    (in_data_i.origin[axis]),
-        .reciprocal_i(in_data_i.reciprocal[axis]),
-        .shift_i     (in_data_i.shift[axis]),
+        .plane_i     (plane_q[axis]),
+        .origin_i    (origin_q[axis]),
+        .reciprocal_i(reciprocal_q[axis]),
+        .shift_i     (shift_q[axis]),
         .t_o         (t_plane[axis])
     );
   end
-  assign late_in = '{sides: '{plane: plane, upper: upper, zero: in_data_i.zero}, t: in_data_i.t};
+  always_ff @(posedge clk_i) begin
+    origin_q     <= in_data_i.origin;
+    reciprocal_q <= in_data_i.reciprocal;
+    shift_q      <= in_data_i.shift;
+    zero_q       <= in_data_i.zero;
+    t_q          <= in_data_i.t;
+  end
+  assign late_in = '{sides: '{plane: plane_q, upper: upper_q, zero: zero_q}, t: t_q};
 
   rt_delay #(
       .Cycles(rt_stage_pkg::TPlaneLatency),

@@ -32,8 +32,8 @@ package rt_stage_pkg;
   localparam int unsigned KdDescendInterval = 1;
   localparam int unsigned KdDescendBlocks = ProductBlocks;
 
-  // leaf_exit: three t_plane, compare, select.
-  localparam int unsigned LeafExitDepth = TPlaneLatency + 2;
+  // leaf_exit: choose the sides, three t_plane, compare, select.
+  localparam int unsigned LeafExitDepth = 1 + TPlaneLatency + 2;
   localparam int unsigned LeafExitLatency = rt_lib_pkg::pipe_latency(LeafExitDepth);
   localparam int unsigned LeafExitInterval = 1;
   localparam int unsigned LeafExitBlocks = 3 * ProductBlocks;

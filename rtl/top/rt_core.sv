@@ -82,12 +82,13 @@ module rt_core #(
   localparam int unsigned ResetLane = 10;
   logic [ResetLane+Lanes-1:0] rst_n;
   logic                       wires_rst_n;
-  rt_reset_copies #(
-      .Copies(ResetLane + Lanes)
+  rt_copies #(
+      .Copies(ResetLane + Lanes),
+      .Start (1'b0)
   ) u_resets (
       .clk_i,
-      .rst_ni,
-      .rst_no(rst_n)
+      .data_i(rst_ni),
+      .data_o(rst_n)
   );
   assign wires_rst_n = rst_n[ResetWires];
 
@@ -309,7 +310,7 @@ module rt_core #(
   endfunction
   arrival_t         out_arrival[Lanes];
   for (genvar l = 0; l < int'(Lanes); l++) begin : gen_lane
-    logic                               lane_valid_q, lane_ray_q;
+    logic                               lane_valid_q, lane_ray_q;  // a launch, of a new ray
     logic [LaneContextBits-1:0]         lane_context_q, out_context;
     rt_core_pkg::launch_t               lane_launch_q;
     rt_core_pkg::walk_ray_t             lane_walk_q;
@@ -319,8 +320,8 @@ module rt_core #(
     // Loaded for this lane only.
     always_ff @(posedge clk_i) begin
       lane_valid_q <= launch_valid_q[l] && rst_n[ResetLane+l];
+      lane_ray_q   <= launch_valid_q[l] && launch_ray_q && rst_n[ResetLane+l];
       if (launch_valid_q[l]) begin
-        lane_ray_q     <= launch_ray_q;
         lane_context_q <= launch_context_q[LaneContextBits-1:0];
         lane_launch_q  <= launch_q;
         lane_walk_q    <= walk_ray_q;
@@ -345,7 +346,7 @@ module rt_core #(
         .clk_i,
         .rst_ni          (rst_n[ResetLane+l]),
         .view_i          (view),
-        .ray_valid_i     (lane_valid_q && lane_ray_q),
+        .ray_valid_i     (lane_ray_q),
         .ray_i           (lane_walk_q),
         .launch_valid_i  (lane_valid_q),
         .launch_context_i(lane_context_q),

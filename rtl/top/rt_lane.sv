@@ -2,10 +2,10 @@
 //
 // Purpose     A context belongs to one lane for the whole of its ray. Those that can go on stand in queues (rt_ready); each clock one of them
 //             leaves its queue and goes through
-//               S0 read state   S1 look up the node pair   S2, S3 -   S4 cache answers; checks; enter rt_kd_descend / rt_kd_backtrack
+//               S0 read state   S1 look up the node pair   S2, S3 -   S4 cache answers   S5 checks; enter rt_kd_descend / rt_kd_backtrack
 //             and is ready again when the stage's result has been written to its state. At a leaf, or when it ends, it leaves through out_*.
 // Node cache  One for all lanes, with a port for each (rt_core): a context that misses is parked there; the lane goes on with others.
-// Replay      Where S4 cannot pass its context on (the stage or the queue is full), the context just becomes ready again: nothing of it
+// Replay      Where S5 cannot pass its context on (the stage or the queue is full), the context just becomes ready again: nothing of it
 //             has changed. So nothing in the lane ever stalls.
 // Launch      launch_* puts a context into a state and makes it ready: a new ray, or a return from its leaf. Always accepted.
 // Statuses    As hls/top/trace.cpp orders them: step limit, then index, then what was read. A context's limit and index are checked before its
@@ -134,50 +134,49 @@ module rt_lane #(
   end
   assign s1_look = s1_valid_q && s1_event == rt_core_pkg::EventGoOn;
 
-  // --- S2, S3: on the way; ray and segment are there in S3 ---
-  logic                     s2_valid_q, s3_valid_q;
-  context_t                 s2_context_q, s3_context_q;
-  state_t                   s2_state_q, s3_state_q;
-  rt_contract_pkg::status_t s2_event_q, s3_event_q;
-  rt_core_pkg::walk_ray_t   s3_ray;
-  segment_t                 s3_segment;
+  // --- S2, S3, S4: on the way; ray and segment are there in S4, where the cache answers ---
+  logic                     s2_valid_q, s3_valid_q, s4_valid_q;
+  context_t                 s2_context_q, s3_context_q, s4_context_q;
+  state_t                   s2_state_q, s3_state_q, s4_state_q;
+  rt_contract_pkg::status_t s2_event_q, s3_event_q, s4_event_q;
+  rt_core_pkg::walk_ray_t   s4_ray;
+  segment_t                 s4_segment;
 
   assign look_valid_o   = s1_look;
   assign look_pair_o    = s1_state_q.pair;
   assign look_context_o = s1_context_q;
 
-  // --- S4: the cache answers; on to the stages ---
-  logic                              s4_here_q, s4_valid;
-  context_t                          s4_context_q;
-  state_t                            s4_state_q;
-  rt_contract_pkg::status_t          s4_event_q;
-  rt_contract_pkg::node_pair_record_t s4_pair;
-  rt_core_pkg::walk_ray_t            s4_ray_q;
-  segment_t                          s4_segment_q;
-  logic                              s4_right, s4_at_leaf, s4_out, s4_down, s4_up, s4_replay, out_ready;
-  rt_contract_pkg::position_t        s4_split;
-  rt_contract_pkg::axis_t            s4_axis;
-  rt_contract_pkg::pair_index_t      s4_child;
-  logic [31:0]                       s4_steps_q;  // with this one
-  rt_core_pkg::leaf_size_t           s4_size;
-  logic                              s4_at_limit, s4_child_beyond, s4_grandparent_beyond;
+  // --- S5: on to the stages ---
+  logic                              s5_here_q, s5_look_q, s5_hit_q, s5_valid;
+  context_t                          s5_context_q;
+  state_t                            s5_state_q;
+  rt_contract_pkg::status_t          s5_event_q;
+  rt_contract_pkg::node_pair_record_t s5_pair_q;
+  rt_core_pkg::walk_ray_t            s5_ray_q;
+  segment_t                          s5_segment_q;
+  logic                              s5_right, s5_at_leaf, s5_out, s5_down, s5_up, s5_replay, out_ready;
+  rt_contract_pkg::position_t        s5_split;
+  rt_contract_pkg::axis_t            s5_axis;
+  rt_contract_pkg::pair_index_t      s5_child;
+  logic [31:0]                       s5_steps_q;  // with this one
+  rt_core_pkg::leaf_size_t           s5_size;
+  logic                              s5_at_limit, s5_child_beyond, s5_grandparent_beyond;
 
   // Without a look-up there is an event; after a miss the cache has the context.
-  assign s4_valid   = s4_here_q && (!look_valid_i || look_hit_i);
-  assign s4_pair    = look_data_i;
-  assign s4_right   = s4_state_q.up ? s4_state_q.parent[0] : s4_state_q.node[0];
-  assign s4_split   = s4_right ? s4_pair.right_split : s4_pair.left_split;
-  assign s4_axis    = s4_right ? s4_pair.right_axis : s4_pair.left_axis;
-  assign s4_child   = s4_right ? s4_pair.right_child : s4_pair.left_child;
-  assign s4_size    = unsigned'(s4_split) < rt_contract_pkg::PositionBits'(rt_contract_pkg::LeafLong) ?
-                        rt_core_pkg::leaf_size_t'(s4_split) : rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong);
-  assign s4_at_limit           = s4_steps_q >= view_i.step_limit;
-  assign s4_child_beyond       = is_beyond(s4_child, view_i.pair_count);
-  assign s4_grandparent_beyond = is_beyond(s4_pair.parent[23:1], view_i.pair_count);
-  assign s4_at_leaf = s4_axis == rt_contract_pkg::AxisLeaf;
-  assign s4_out     = s4_valid && (s4_event_q != rt_core_pkg::EventGoOn || (!s4_state_q.up && s4_at_leaf));
-  assign s4_up      = s4_valid && !s4_out && s4_state_q.up;
-  assign s4_down    = s4_valid && !s4_out && !s4_state_q.up;
+  assign s5_valid   = s5_here_q && (!s5_look_q || s5_hit_q);
+  assign s5_right   = s5_state_q.up ? s5_state_q.parent[0] : s5_state_q.node[0];
+  assign s5_split   = s5_right ? s5_pair_q.right_split : s5_pair_q.left_split;
+  assign s5_axis    = s5_right ? s5_pair_q.right_axis : s5_pair_q.left_axis;
+  assign s5_child   = s5_right ? s5_pair_q.right_child : s5_pair_q.left_child;
+  assign s5_size    = unsigned'(s5_split) < rt_contract_pkg::PositionBits'(rt_contract_pkg::LeafLong) ?
+                        rt_core_pkg::leaf_size_t'(s5_split) : rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong);
+  assign s5_at_limit           = s5_steps_q >= view_i.step_limit;
+  assign s5_child_beyond       = is_beyond(s5_child, view_i.pair_count);
+  assign s5_grandparent_beyond = is_beyond(s5_pair_q.parent[23:1], view_i.pair_count);
+  assign s5_at_leaf = s5_axis == rt_contract_pkg::AxisLeaf;
+  assign s5_out     = s5_valid && (s5_event_q != rt_core_pkg::EventGoOn || (!s5_state_q.up && s5_at_leaf));
+  assign s5_up      = s5_valid && !s5_out && s5_state_q.up;
+  assign s5_down    = s5_valid && !s5_out && !s5_state_q.up;
 
   // Stages: entered only when they are ready, replayed otherwise.
   rt_contract_pkg::kd_descend_in_record_t   descend_in;
@@ -191,30 +190,30 @@ module rt_lane #(
 
   always_comb begin
     descend_in       = '0;
-    descend_in.split = s4_split;
-    descend_in.child = s4_child;
-    descend_in.t     = s4_segment_q.t;
+    descend_in.split = s5_split;
+    descend_in.child = s5_child;
+    descend_in.t     = s5_segment_q.t;
     for (int unsigned axis = 0; axis < 3; axis++) begin
-      if (s4_axis == 2'(axis)) begin
-        descend_in.origin     = s4_ray_q.origin[axis];
-        descend_in.reciprocal = s4_ray_q.reciprocal[axis];
-        descend_in.shift      = s4_ray_q.shift[axis];
-        descend_in.zero       = s4_ray_q.zero[axis];
-        descend_in.negative   = s4_ray_q.negative[axis];
+      if (s5_axis == 2'(axis)) begin
+        descend_in.origin     = s5_ray_q.origin[axis];
+        descend_in.reciprocal = s5_ray_q.reciprocal[axis];
+        descend_in.shift      = s5_ray_q.shift[axis];
+        descend_in.zero       = s5_ray_q.zero[axis];
+        descend_in.negative   = s5_ray_q.negative[axis];
       end
     end
     backtrack_in              = '0;
-    backtrack_in.face         = s4_segment_q.face;
-    backtrack_in.plane        = s4_segment_q.plane;
-    backtrack_in.node         = s4_state_q.node;
-    backtrack_in.parent       = s4_state_q.parent;
-    backtrack_in.parent_split = s4_split;
-    backtrack_in.parent_axis  = s4_axis;
-    backtrack_in.parent_child = s4_child;
+    backtrack_in.face         = s5_segment_q.face;
+    backtrack_in.plane        = s5_segment_q.plane;
+    backtrack_in.node         = s5_state_q.node;
+    backtrack_in.parent       = s5_state_q.parent;
+    backtrack_in.parent_split = s5_split;
+    backtrack_in.parent_axis  = s5_axis;
+    backtrack_in.parent_child = s5_child;
   end
-  assign descend_enter   = s4_down && descend_ready;
-  assign backtrack_enter = s4_up && backtrack_ready;
-  assign s4_replay = (s4_down && !descend_ready) || (s4_up && !backtrack_ready) || (s4_out && !out_ready);
+  assign descend_enter   = s5_down && descend_ready;
+  assign backtrack_enter = s5_up && backtrack_ready;
+  assign s5_replay = (s5_down && !descend_ready) || (s5_up && !backtrack_ready) || (s5_out && !out_ready);
 
   rt_kd_descend #(
       .tag_t(descend_tag_t)
@@ -224,7 +223,7 @@ module rt_lane #(
       .in_valid_i (descend_enter),
       .in_ready_o (descend_ready),
       .in_data_i  (descend_in),
-      .in_tag_i   ('{ctx: s4_context_q, steps: s4_steps_q, at_limit: s4_at_limit, child_beyond: s4_child_beyond}),
+      .in_tag_i   ('{ctx: s5_context_q, steps: s5_steps_q, at_limit: s5_at_limit, child_beyond: s5_child_beyond}),
       .out_valid_o(descend_valid),
       .out_ready_i(descend_take),
       .out_data_o (descend_out),
@@ -240,12 +239,12 @@ module rt_lane #(
       .in_ready_o (backtrack_ready),
       .in_data_i  (backtrack_in),
       .in_tag_i   ('{
-          ctx: s4_context_q,
-          steps: s4_steps_q,
-          at_limit: s4_at_limit,
-          child_beyond: s4_child_beyond,
-          grandparent_beyond: s4_grandparent_beyond,
-          grandparent: s4_pair.parent
+          ctx: s5_context_q,
+          steps: s5_steps_q,
+          at_limit: s5_at_limit,
+          child_beyond: s5_child_beyond,
+          grandparent_beyond: s5_grandparent_beyond,
+          grandparent: s5_pair_q.parent
       }),
       .out_valid_o(backtrack_valid),
       .out_ready_i(backtrack_take),
@@ -264,17 +263,17 @@ module rt_lane #(
   logic [$clog2(OutDepth+1)-1:0] out_usage;
   assign out_ready = 32'(out_usage) <= OutDepth - 2;
   always_ff @(posedge clk_i) begin
-    out_valid_q <= s4_out && out_ready && rst_ni;
+    out_valid_q <= s5_out && out_ready && rst_ni;
     out_q       <= out_in;
   end
   always_comb begin
-    out_in.ctx            = s4_context_q;
-    out_in.arrival.event_code = s4_event_q;
-    out_in.arrival.leaf       = s4_child;
-    out_in.arrival.size       = s4_size;
-    out_in.arrival.node       = s4_state_q.node;
-    out_in.arrival.t          = s4_segment_q.t;
-    out_in.arrival.steps      = s4_steps_q;
+    out_in.ctx            = s5_context_q;
+    out_in.arrival.event_code = s5_event_q;
+    out_in.arrival.leaf       = s5_child;
+    out_in.arrival.size       = s5_size;
+    out_in.arrival.node       = s5_state_q.node;
+    out_in.arrival.t          = s5_segment_q.t;
+    out_in.arrival.steps      = s5_steps_q;
   end
   rt_fifo #(
       .Depth (OutDepth),
@@ -293,14 +292,18 @@ module rt_lane #(
   assign out_context_o = out_data.ctx;
   assign out_data_o    = out_data.arrival;
 
-  // --- state: what a step leaves, the way up first; what a launch says, in a memory of its own ---
-  state_t                   state_write;
-  context_t                 state_context;
-  logic                     state_write_en;
+  // --- state: what a step leaves, the way up first, through a register; what a launch says, in a memory of its own ---
+  state_t                   state_write, state_write_q;
+  context_t                 state_context, state_context_q;
+  logic                     state_write_en_q;
   rt_contract_pkg::status_t backtrack_fault;
   assign backtrack_take = 1'b1;
   assign descend_take   = !backtrack_valid;
-  assign state_write_en = backtrack_valid || descend_valid;
+  always_ff @(posedge clk_i) begin
+    state_write_en_q <= (backtrack_valid || descend_valid) && rst_ni;
+    state_context_q  <= state_context;
+    state_write_q    <= state_write;
+  end
   always_comb begin
     backtrack_fault = rt_core_pkg::EventGoOn;
     if (backtrack_out.bad) backtrack_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadRecord);
@@ -349,9 +352,9 @@ module rt_lane #(
   ) u_state (
       .clk_i,
       .rst_ni,
-      .write_en_i  (state_write_en),
-      .write_addr_i(state_context),
-      .write_data_i(state_write),
+      .write_en_i  (state_write_en_q),
+      .write_addr_i(state_context_q),
+      .write_data_i(state_write_q),
       .read_addr_i (s0_context),
       .read_data_o (s0_stepped)
   );
@@ -376,9 +379,9 @@ module rt_lane #(
       .write_en_i  (launch_valid_i),
       .write_addr_i(launch_context_i),
       .write_data_i('{plane: launch_i.plane, face: launch_i.face, t: launch_i.t}),
-      .read_en_i   (s2_valid_q),
-      .read_addr_i (s2_context_q),
-      .read_data_o (s3_segment)
+      .read_en_i   (s3_valid_q),
+      .read_addr_i (s3_context_q),
+      .read_data_o (s4_segment)
   );
   rt_ram_sdp #(
       .Depth (Contexts),
@@ -389,16 +392,16 @@ module rt_lane #(
       .write_en_i  (ray_valid_i),
       .write_addr_i(launch_context_i),
       .write_data_i(ray_i),
-      .read_en_i   (s2_valid_q),
-      .read_addr_i (s2_context_q),
-      .read_data_o (s3_ray)
+      .read_en_i   (s3_valid_q),
+      .read_addr_i (s3_context_q),
+      .read_data_o (s4_ray)
   );
 
   assign push_valid[Launches]   = launch_valid_i;
   assign push_context[Launches] = launch_context_i;
   assign push_error[Launches]   = 1'b0;
-  assign push_valid[Steps]      = state_write_en;
-  assign push_context[Steps]    = state_context;
+  assign push_valid[Steps]      = state_write_en_q;
+  assign push_context[Steps]    = state_context_q;
   assign push_error[Steps]      = 1'b0;
   assign push_valid[Replays]    = replay_q;
   assign push_context[Replays]  = replay_context_q;
@@ -409,7 +412,7 @@ module rt_lane #(
     s1_error_q    <= s0_error;
     s1_context_q  <= s0_context;
     s1_state_q   <= launched_q[s0_context] ? s0_launched : s0_stepped;
-    if (state_write_en) launched_q[state_context] <= 1'b0;
+    if (state_write_en_q) launched_q[state_context_q] <= 1'b0;
     if (launch_valid_i) launched_q[launch_context_i] <= 1'b1;
     s2_valid_q   <= s1_valid_q;
     s2_context_q <= s1_context_q;
@@ -419,32 +422,40 @@ module rt_lane #(
     s3_context_q <= s2_context_q;
     s3_state_q   <= s2_state_q;
     s3_event_q   <= s2_event_q;
-    s4_here_q    <= s3_valid_q;
+    s4_valid_q   <= s3_valid_q;
     s4_context_q <= s3_context_q;
     s4_state_q   <= s3_state_q;
-    s4_steps_q   <= s3_state_q.steps + 32'd1;
     s4_event_q   <= s3_event_q;
-    s4_ray_q     <= s3_ray;
-    s4_segment_q <= s3_segment;
-    replay_q         <= s4_replay;
-    replay_context_q <= s4_context_q;
-    replay_error_q   <= s4_event_q == rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
+    s5_look_q    <= look_valid_i;
+    s5_hit_q     <= look_hit_i;
+    s5_pair_q    <= look_data_i;
+    s5_here_q    <= s4_valid_q;
+    s5_context_q <= s4_context_q;
+    s5_state_q   <= s4_state_q;
+    s5_steps_q   <= s4_state_q.steps + 32'd1;
+    s5_event_q   <= s4_event_q;
+    s5_ray_q     <= s4_ray;
+    s5_segment_q <= s4_segment;
+    replay_q         <= s5_replay;
+    replay_context_q <= s5_context_q;
+    replay_error_q   <= s5_event_q == rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
     if (!rst_ni) begin
       s1_valid_q <= 1'b0;
       s2_valid_q <= 1'b0;
       s3_valid_q <= 1'b0;
-      s4_here_q  <= 1'b0;
+      s4_valid_q <= 1'b0;
+      s5_here_q  <= 1'b0;
       replay_q   <= 1'b0;
     end
   end
 
-  assign events_o.hit     = look_valid_i && look_hit_i;
+  assign events_o.hit     = s5_look_q && s5_hit_q;
   assign events_o.miss    = 1'b0;  // counted where lines are fetched
-  assign events_o.busy    = s4_valid && !s4_replay;
+  assign events_o.busy    = s5_valid && !s5_replay;
   assign events_o.starved = !s0_valid;
   assign down_o           = descend_enter;
   assign up_o             = backtrack_enter;
 
   `RT_ASSERT(OutHasRoom, !out_valid_q || out_room)
-  `RT_ASSERT(LaunchedOnce, !launch_valid_i || !(state_write_en && state_context == launch_context_i))
+  `RT_ASSERT(LaunchedOnce, !launch_valid_i || !(state_write_en_q && state_context_q == launch_context_i))
 endmodule

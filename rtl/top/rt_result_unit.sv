@@ -116,7 +116,7 @@ module rt_result_unit #(
           exponent_u: r3_tri_q.exponent_u,
           exponent_v: r3_tri_q.exponent_v
       };
-  assign r3_nearer = {r3_tri_q.t, r3_tri_q.id} < {r3_best_q.t, r3_best_q.id};
+  assign r3_nearer = r3_tri_q.t < r3_best_q.t || (r3_tri_q.t == r3_best_q.t && r3_tri_q.id < r3_best_q.id);
   assign r3_accept = r3_valid_q && !r3_q.direct && r3_q.test && r3_tri_q.hit[0] && r3_nearer && !(r3_ray_q.any[0] && r3_had_q);
   assign r3_new    = r3_accept ? r3_candidate : r3_best_q;
 
