@@ -7,8 +7,8 @@
 // Order       Reads in the order of their addresses, writes likewise, whatever their ids: ids only travel. A read and a write of the same
 //             word in the same clock: the read waits a clock, so it returns old or new data, never a mixture (NearBits of the word are compared:
 //             some others wait as well).
-// Throughput  One beat read and one written a clock, up to Queue bursts waiting each way; no gap between bursts.
-// Latency     Read: 5 clocks from the address to its first beat. Write: its answer 2 clocks after the last beat.
+// Throughput  One beat read and one written a clock, up to Queue bursts (reads: two more) waiting each way; no gap between bursts.
+// Latency     Read: 6 clocks from the address to its first beat. Write: its answer 2 clocks after the last beat.
 // Cuts        Every valid, data and ready path.
 // Structure   One RAM a byte of the beat; their outputs are registered once more, because the larger memories are many blocks wide.
 `include "rt_assert.svh"
@@ -160,8 +160,8 @@ module rt_board_memory #(
     logic [1:0]                         resp;
     logic                               last;
   } beat_t;
-  logic ar_valid, ar_load, ar_active_q, ar_last_q, read_fire, room_q;
-  burst_t ar, ar_q;
+  logic waiting_valid, waiting_ready, ar_valid, ar_load, ar_active_q, ar_last_q, read_fire, room_q;
+  burst_t waiting, ar, ar_q;
   logic [$clog2(ReadPlaces+1)-1:0] ahead_q;  // beats issued and not yet taken
   logic read_1q, read_2q;
   beat_t beat_1q, beat_2q;
@@ -178,10 +178,22 @@ module rt_board_memory #(
       .in_valid_i (ar_valid_i),
       .in_ready_o (ar_ready_o),
       .in_data_i  (burst_of(ar_i)),
+      .out_valid_o(waiting_valid),
+      .out_ready_i(waiting_ready),
+      .out_data_o (waiting),
+      .usage_o    ()
+  );
+  rt_skid #(
+      .data_t(burst_t)
+  ) u_next (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (waiting_valid),
+      .in_ready_o (waiting_ready),
+      .in_data_i  (waiting),
       .out_valid_o(ar_valid),
       .out_ready_i(ar_load),
-      .out_data_o (ar),
-      .usage_o    ()
+      .out_data_o (ar)
   );
 
   assign read_fire = ar_active_q && room_q && !(write_q && write_word_q[NearBits-1:0] == ar_q.word[NearBits-1:0]);

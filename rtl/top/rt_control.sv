@@ -73,7 +73,7 @@ module rt_control #(
   logic [1:0]                              section_q, fault_q;
   logic [31:0]                             written_q;
   rt_core_pkg::image_view_t                view_q;
-  logic                                    ray_fault_q, write_fault_q;
+  logic                                    ray_fault_q, write_fault_q, rays_start_q, flushing_q;
   rt_contract_pkg::status_t                first_fault_q;
   logic [31:0]                             fault_ray_q, write_fault_ray_q;
 
@@ -142,6 +142,9 @@ module rt_control #(
   end
 
   always_ff @(posedge clk_i) begin
+    // The flush begins with the run and lasts longer than a register.
+    flushing_q   <= flushing_i;
+    rays_start_q <= state_q == Flush && !flushing_q;
     if (hit_written_i) written_q <= written_q + 1'b1;
     case (state_q)
       Idle, Done: begin
@@ -202,7 +205,7 @@ module rt_control #(
           end
         end
       end
-      Flush: if (!flushing_i) state_q <= Rays;
+      Flush: if (!flushing_q) state_q <= Rays;
       Rays: if (written_q == ray_count_i) state_q <= Done;
       default: state_q <= Idle;
     endcase
@@ -217,6 +220,7 @@ module rt_control #(
     end
     if (!rst_ni) begin
       state_q           <= Idle;
+      rays_start_q      <= 1'b0;
       fault_q           <= FaultNone;
       ray_fault_q       <= 1'b0;
       write_fault_q     <= 1'b0;
@@ -235,7 +239,7 @@ module rt_control #(
       };
   assign view_o            = view_q;
   assign flush_o           = started_o;
-  assign rays_start_o      = state_q == Flush && !flushing_i;
+  assign rays_start_o      = rays_start_q;
   assign started_o         = start_i && (state_q == Idle || state_q == Done);
   assign busy_o            = state_q != Idle && state_q != Done;
   assign done_o            = state_q == Done;

@@ -309,6 +309,20 @@ module rt_core #(
     return context_t'(lane * Config.contexts_per_lane) | context_t'(lane_context);
   endfunction
   arrival_t         out_arrival[Lanes];
+  // What every step is compared with.
+  typedef struct packed {
+    logic [31:0] pair_count;
+    logic [31:0] step_limit;
+  } limits_t;
+  limits_t [Lanes-1:0] lane_limits;
+  rt_copies #(
+      .Copies(Lanes),
+      .data_t(logic [$bits(limits_t)-1:0])
+  ) u_limits (
+      .clk_i,
+      .data_i({view.pair_count, view.step_limit}),
+      .data_o(lane_limits)
+  );
   for (genvar l = 0; l < int'(Lanes); l++) begin : gen_lane
     logic                               lane_valid_q, lane_ray_q;  // a launch, of a new ray
     logic [LaneContextBits-1:0]         lane_context_q, out_context;
@@ -317,6 +331,12 @@ module rt_core #(
     arrival_t                           lane_arrival;
     logic                               lane_out_valid, lane_out_ready;
     rt_contract_pkg::pair_index_t       pair;
+    rt_core_pkg::image_view_t           lane_view;
+    always_comb begin
+      lane_view            = view;
+      lane_view.pair_count = lane_limits[l].pair_count;
+      lane_view.step_limit = lane_limits[l].step_limit;
+    end
     // Loaded for this lane only.
     always_ff @(posedge clk_i) begin
       lane_valid_q <= launch_valid_q[l] && rst_n[ResetLane+l];
@@ -345,7 +365,7 @@ module rt_core #(
     ) u_lane (
         .clk_i,
         .rst_ni          (rst_n[ResetLane+l]),
-        .view_i          (view),
+        .view_i          (lane_view),
         .ray_valid_i     (lane_ray_q),
         .ray_i           (lane_walk_q),
         .launch_valid_i  (lane_valid_q),

@@ -49,7 +49,7 @@ module rt_lane #(
     output logic                               up_o
 );
   typedef logic [ContextBits-1:0] context_t;
-  // Written by every step.
+  // Written by launches and by every step.
   typedef struct packed {
     logic [31:0]                  steps;
     rt_contract_pkg::status_t     event_code;  // not EventGoOn: what the context ends with
@@ -91,15 +91,13 @@ module rt_lane #(
   endfunction
 
   // --- who is ready ---
-  localparam int unsigned Launches = 0;
-  localparam int unsigned Steps = 1;
-  localparam int unsigned Replays = 2;
-  localparam int unsigned Pushes = 3;
+  localparam int unsigned Writes = 0;  // of a launch or a step
+  localparam int unsigned Replays = 1;
+  localparam int unsigned Pushes = 2;
   logic [Pushes-1:0]    push_valid, push_error;
   context_t [Pushes-1:0] push_context;
   logic                 s0_valid, s0_error, replay_q, replay_error_q;
   context_t             s0_context, replay_context_q;
-  logic [Contexts-1:0]  launched_q;  // no step since the launch
 
   rt_ready #(
       .Contexts(Contexts),
@@ -123,7 +121,7 @@ module rt_lane #(
   // --- S1: the state is there ---
   logic                        s1_valid_q, s1_error_q;
   context_t                    s1_context_q;
-  state_t                      s0_stepped, s0_launched, s1_state_q;
+  state_t                      s0_state, s1_state_q;
   rt_contract_pkg::status_t    s1_event;
   logic                        s1_look;
 
@@ -292,15 +290,26 @@ module rt_lane #(
   assign out_context_o = out_data.ctx;
   assign out_data_o    = out_data.arrival;
 
-  // --- state: what a step leaves, the way up first, through a register; what a launch says, in a memory of its own ---
+  // --- state: what a launch says, what a step leaves, on the way up first; the others wait. Through a register ---
+  rt_contract_pkg::pair_index_t launch_pair;
+  state_t                       launch_write;
+  assign launch_pair = launch_i.up ? launch_i.parent[23:1] : launch_i.node[23:1];
+  assign launch_write = '{
+          steps: launch_i.steps,
+          event_code: event_of(launch_i.fault, launch_i.steps >= view_i.step_limit, is_beyond(launch_pair, view_i.pair_count)),
+          pair: launch_pair,
+          up: launch_i.up,
+          parent: launch_i.parent,
+          node: launch_i.node
+      };
   state_t                   state_write, state_write_q;
   context_t                 state_context, state_context_q;
   logic                     state_write_en_q;
   rt_contract_pkg::status_t backtrack_fault;
-  assign backtrack_take = 1'b1;
-  assign descend_take   = !backtrack_valid;
+  assign backtrack_take = !launch_valid_i;
+  assign descend_take   = !launch_valid_i && !backtrack_valid;
   always_ff @(posedge clk_i) begin
-    state_write_en_q <= (backtrack_valid || descend_valid) && rst_ni;
+    state_write_en_q <= (launch_valid_i || backtrack_valid || descend_valid) && rst_ni;
     state_context_q  <= state_context;
     state_write_q    <= state_write;
   end
@@ -332,19 +341,11 @@ module rt_lane #(
               node: backtrack_out.node
           };
     end
+    if (launch_valid_i) begin
+      state_context = launch_context_i;
+      state_write   = launch_write;
+    end
   end
-
-  rt_contract_pkg::pair_index_t launch_pair;
-  state_t                       launch_write;
-  assign launch_pair = launch_i.up ? launch_i.parent[23:1] : launch_i.node[23:1];
-  assign launch_write = '{
-          steps: launch_i.steps,
-          event_code: event_of(launch_i.fault, launch_i.steps >= view_i.step_limit, is_beyond(launch_pair, view_i.pair_count)),
-          pair: launch_pair,
-          up: launch_i.up,
-          parent: launch_i.parent,
-          node: launch_i.node
-      };
 
   rt_ram_lut #(
       .Depth (Contexts),
@@ -356,19 +357,7 @@ module rt_lane #(
       .write_addr_i(state_context_q),
       .write_data_i(state_write_q),
       .read_addr_i (s0_context),
-      .read_data_o (s0_stepped)
-  );
-  rt_ram_lut #(
-      .Depth (Contexts),
-      .data_t(state_t)
-  ) u_launch (
-      .clk_i,
-      .rst_ni,
-      .write_en_i  (launch_valid_i),
-      .write_addr_i(launch_context_i),
-      .write_data_i(launch_write),
-      .read_addr_i (s0_context),
-      .read_data_o (s0_launched)
+      .read_data_o (s0_state)
   );
   rt_ram_sdp #(
       .Depth (Contexts),
@@ -397,12 +386,9 @@ module rt_lane #(
       .read_data_o (s4_ray)
   );
 
-  assign push_valid[Launches]   = launch_valid_i;
-  assign push_context[Launches] = launch_context_i;
-  assign push_error[Launches]   = 1'b0;
-  assign push_valid[Steps]      = state_write_en_q;
-  assign push_context[Steps]    = state_context_q;
-  assign push_error[Steps]      = 1'b0;
+  assign push_valid[Writes]     = state_write_en_q;
+  assign push_context[Writes]   = state_context_q;
+  assign push_error[Writes]     = 1'b0;
   assign push_valid[Replays]    = replay_q;
   assign push_context[Replays]  = replay_context_q;
   assign push_error[Replays]    = replay_error_q;
@@ -411,9 +397,7 @@ module rt_lane #(
     s1_valid_q    <= s0_valid;
     s1_error_q    <= s0_error;
     s1_context_q  <= s0_context;
-    s1_state_q   <= launched_q[s0_context] ? s0_launched : s0_stepped;
-    if (state_write_en_q) launched_q[state_context_q] <= 1'b0;
-    if (launch_valid_i) launched_q[launch_context_i] <= 1'b1;
+    s1_state_q   <= s0_state;
     s2_valid_q   <= s1_valid_q;
     s2_context_q <= s1_context_q;
     s2_state_q   <= s1_state_q;
@@ -457,5 +441,4 @@ module rt_lane #(
   assign up_o             = backtrack_enter;
 
   `RT_ASSERT(OutHasRoom, !out_valid_q || out_room)
-  `RT_ASSERT(LaunchedOnce, !launch_valid_i || !(state_write_en_q && state_context_q == launch_context_i))
 endmodule

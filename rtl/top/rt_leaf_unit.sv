@@ -122,14 +122,22 @@ module rt_leaf_unit #(
 
   // What can be said of an arrival is said before it is stored: a block RAM answers late. Planes, links and kind are always read, the parent where
   // walks climb, and as many references as there are. Refs end at bits 380, 428, 452.
-  stored_t in_stored;
+  logic                  in_valid_q;
+  context_t              in_context_q;
+  rt_core_pkg::arrival_t in_data_q;
+  stored_t               in_stored;
+  always_ff @(posedge clk_i) begin
+    in_valid_q   <= in_valid_i && rst_ni;
+    in_context_q <= in_context_i;
+    in_data_q    <= in_data_i;
+  end
   always_comb begin
-    in_stored.arrival = in_data_i;
-    in_stored.beyond  = 32'(in_data_i.leaf) >= view_i.leaf_count;
+    in_stored.arrival = in_data_q;
+    in_stored.beyond  = 32'(in_data_q.leaf) >= view_i.leaf_count;
     in_stored.beats   = 2'd3;
-    if (in_data_i.size <= 3'd4) in_stored.beats = 2'd2;
-    if (in_data_i.size <= 3'd2) in_stored.beats = 2'd1;
-    if (in_data_i.size == '0 && !parent_links_i) in_stored.beats = 2'd0;
+    if (in_data_q.size <= 3'd4) in_stored.beats = 2'd2;
+    if (in_data_q.size <= 3'd2) in_stored.beats = 2'd1;
+    if (in_data_q.size == '0 && !parent_links_i) in_stored.beats = 2'd0;
   end
 
   rt_ram_sdp #(
@@ -138,8 +146,8 @@ module rt_leaf_unit #(
   ) u_arrival (
       .clk_i,
       .rst_ni,
-      .write_en_i  (in_valid_i),
-      .write_addr_i(in_context_i),
+      .write_en_i  (in_valid_q),
+      .write_addr_i(in_context_q),
       .write_data_i(in_stored),
       .read_en_i   (p0_valid),
       .read_addr_i (p0_context),
@@ -311,8 +319,8 @@ module rt_leaf_unit #(
   assign leave_valid_o   = exit_valid;
   assign leave_context_o = tag_out.ctx;
 
-  assign push_valid[Arrivals]   = in_valid_i;
-  assign push_context[Arrivals] = in_context_i;
+  assign push_valid[Arrivals]   = in_valid_q;
+  assign push_context[Arrivals] = in_context_q;
   assign push_error[Arrivals]   = 1'b0;
   assign push_valid[Replays]    = replay_q;
   assign push_context[Replays]  = replay_context_q;

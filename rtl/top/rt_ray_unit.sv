@@ -152,7 +152,7 @@ module rt_ray_unit #(
       fetch_valid_q <= 1'b1;
       fetch_q <= '{
           addr: addr_q,
-          len: 8'(int'(burst_q) * RayBeats - 1),
+          len: RaysPerBurst == 1 ? 8'(RayBeats - 1) : (8'(burst_q) << BeatBits) - 8'd1,
           source: rt_core_pkg::SourceBits'(rt_core_pkg::SourceRay),
           mshr: '0
       };

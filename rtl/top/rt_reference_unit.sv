@@ -72,11 +72,21 @@ module rt_reference_unit #(
   `RT_ASSERT_INIT(ListKeyMatchesPort, ListKeyBits == 24)
   typedef logic [ContextBits-1:0] context_t;
   typedef rt_contract_pkg::status_t status_t;
+  // What is kept of a leaf. The limit of steps and the end of the list are kept as the first reference that is beyond; 2^24 where none is.
+  localparam int unsigned LimitBits = rt_contract_pkg::TriangleIndexBits + 1;
+  typedef logic [LimitBits-1:0] limit_t;
   typedef struct packed {
-    logic signed [rt_contract_pkg::ListIndexBits:0] before_list;  // list_base - LeafInline
-    rt_core_pkg::references_t                       references;
+    logic signed [rt_contract_pkg::ListIndexBits:0]                     before_list;  // list_base - LeafInline
+    limit_t                                                             steps_end;
+    limit_t                                                             list_end;
+    rt_contract_pkg::triangle_index_t                                   count;
+    rt_contract_pkg::triangle_index_t [rt_contract_pkg::LeafInline-1:0] refs;
   } kept_t;
-  kept_t references_kept;
+  function automatic limit_t limit_of(logic signed [34:0] left);
+    if (left <= 35'sd0) return '0;
+    if (left >= 35'sd1 <<< (LimitBits - 1)) return limit_t'(1) << (LimitBits - 1);
+    return limit_t'(left);
+  endfunction
 
   // --- who is ready ---
   localparam int unsigned Leaves = 0;
@@ -121,14 +131,13 @@ module rt_reference_unit #(
   logic                             i2_valid_q, i2_error_q, i2_resolved_q;
   context_t                         i2_context_q;
   rt_contract_pkg::triangle_index_t i2_next_q, i2_known_index_q, i2_inline;
-  rt_core_pkg::references_t         i2_refs_q;
-  logic signed [rt_contract_pkg::ListIndexBits:0] i2_before_list_q;
+  kept_t                            i2_refs_q;
   logic                             i2_from_list, i2_list_look;
   logic [31:0]                      i2_entry;
   status_t                          i2_event;
 
   assign i2_from_list = !i2_resolved_q && i2_next_q >= 24'(rt_contract_pkg::LeafInline);
-  assign i2_entry     = 32'(i2_before_list_q) + 32'(i2_next_q);
+  assign i2_entry     = 32'(i2_refs_q.before_list) + 32'(i2_next_q);
   always_comb begin
     i2_inline = i2_refs_q.refs[0];
     for (int unsigned i = 1; i < rt_contract_pkg::LeafInline; i++) begin
@@ -137,8 +146,8 @@ module rt_reference_unit #(
     if (i2_resolved_q) i2_inline = i2_known_index_q;
     i2_event = rt_core_pkg::EventGoOn;
     if (i2_error_q) i2_event = status_t'(rt_contract_pkg::StatusBusError);
-    else if (i2_refs_q.steps + 32'(i2_next_q) >= view_i.step_limit) i2_event = status_t'(rt_contract_pkg::StatusStepLimit);
-    else if (i2_from_list && i2_entry >= view_i.list_count) i2_event = status_t'(rt_contract_pkg::StatusBadIndex);
+    else if (LimitBits'(i2_next_q) >= i2_refs_q.steps_end) i2_event = status_t'(rt_contract_pkg::StatusStepLimit);
+    else if (i2_from_list && LimitBits'(i2_next_q) >= i2_refs_q.list_end) i2_event = status_t'(rt_contract_pkg::StatusBadIndex);
   end
   assign i2_list_look = i2_valid_q && i2_from_list && i2_event == rt_core_pkg::EventGoOn;
 
@@ -283,19 +292,38 @@ module rt_reference_unit #(
   logic                             done_q, done_missed_q, done_test_q;
   context_t                         done_context_q;
   rt_contract_pkg::triangle_index_t done_after_q, done_index_q;
-  // The list begins behind the references in the record; before the first entry its base is negative.
-  assign references_kept.references   = references_i;
-  assign references_kept.before_list = (rt_contract_pkg::ListIndexBits + 1)'(references_i.list_base) -
-                                       (rt_contract_pkg::ListIndexBits + 1)'(rt_contract_pkg::LeafInline);
+  // The list begins behind the references in the record; before the first entry its base is negative. Kept a clock later.
+  logic                     kept_valid_q;
+  context_t                 kept_context_q;
+  rt_core_pkg::references_t kept_q;
+  logic signed [34:0]       steps_left_q, list_left_q;
+  logic signed [rt_contract_pkg::ListIndexBits:0] before_list, before_list_q;
+  kept_t                    kept;
+  assign before_list = (rt_contract_pkg::ListIndexBits + 1)'(references_i.list_base) - (rt_contract_pkg::ListIndexBits + 1)'(rt_contract_pkg::LeafInline);
+  always_ff @(posedge clk_i) begin
+    kept_valid_q   <= references_valid_i && rst_ni;
+    kept_context_q <= references_context_i;
+    kept_q         <= references_i;
+    before_list_q  <= before_list;
+    steps_left_q   <= 35'(view_i.step_limit) - 35'(references_i.steps);
+    list_left_q    <= 35'(view_i.list_count) - 35'(before_list);
+  end
+  assign kept = '{
+          before_list: before_list_q,
+          steps_end: limit_of(steps_left_q),
+          list_end: limit_of(list_left_q),
+          count: kept_q.count,
+          refs: kept_q.refs
+      };
   rt_ram_sdp #(
       .Depth (Contexts),
       .data_t(kept_t)
   ) u_references (
       .clk_i,
       .rst_ni,
-      .write_en_i  (references_valid_i),
-      .write_addr_i(references_context_i),
-      .write_data_i(references_kept),
+      .write_en_i  (kept_valid_q),
+      .write_addr_i(kept_context_q),
+      .write_data_i(kept),
       .read_en_i   (i0_valid),
       .read_addr_i (i0_context),
       .read_data_o (i1_refs)
@@ -433,8 +461,7 @@ module rt_reference_unit #(
     i2_resolved_q    <= i1_resolved_q;
     i2_next_q        <= i1_first_q ? '0 : i1_stored;
     i2_known_index_q <= i1_resolved;
-    i2_refs_q        <= i1_refs.references;
-    i2_before_list_q <= i1_refs.before_list;
+    i2_refs_q        <= i1_refs;
     i3_valid_q       <= i2_valid_q;
     i3_context_q     <= i2_context_q;
     i3_event_q       <= i2_event;
