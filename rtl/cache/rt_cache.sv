@@ -184,7 +184,7 @@ module rt_cache #(
   // --- lookup: c + 1, c + 2 ---
   localparam int unsigned PortBits = Ports > 1 ? $clog2(Ports) : 1;
   typedef logic [PortBits-1:0] port_t;
-  logic [Ports-1:0]           look1_q, look2_q, look3_q, miss4_q;
+  logic [Ports-1:0]           look1_q, look2_q, look3_q, miss4_q, open4_q;
   key_t                       key1_q[Ports], key2_q[Ports], key3_q[Ports], key4_q[Ports];
   waiter_t                    waiter1_q[Ports], waiter2_q[Ports], waiter3_q[Ports], waiter4_q[Ports];
   tag_t                       tag_read[Ports][Ways], tag_q[Ports][Ways];
@@ -224,6 +224,7 @@ module rt_cache #(
       busy2_q[p]   <= (key1[p] & active_q) != '0 || unsure1_q[p];
       busy3_q[p]   <= busy2_q[p];
       busy4_q[p]   <= busy3_q[p];
+      open4_q[p]   <= (same3_q[p] & active_q) == '0 && !busy3_q[p];
       set2_q[p]    <= set1[p];
       same2_q[p]   <= key1[p];
       set3_q[p]    <= set2_q[p];
@@ -264,15 +265,19 @@ module rt_cache #(
   waiter_t          waiter5_q[Ports];
   mshrs_t           on_set, on_set_q;
   logic             refused_q;  // the one that went on got no MSHR and is not yet noted
+  // Which port goes on is chosen by what was known a clock before; whether it does, by what is known now.
   always_comb begin
-    on_valid  = 1'b0;
-    on_key    = key4_q[0];
-    on_waiter = waiter4_q[0];
-    on_port   = '0;
-    on_set    = set4_q[0];
-    park      = '0;
-    later     = '0;
-    again     = '0;
+    on_port = '0;
+    for (int p = int'(Ports) - 1; p >= 0; p--) if (miss4_q[p] && open4_q[p]) on_port = port_t'(p);
+  end
+  assign on_key    = key4_q[on_port];
+  assign on_waiter = waiter4_q[on_port];
+  assign on_set    = set4_q[on_port];
+  always_comb begin
+    on_valid = 1'b0;
+    park     = '0;
+    later    = '0;
+    again    = '0;
     for (int unsigned p = 0; p < Ports; p++) begin
       mshrs_t line;
       line      = same4_q[p] & active_q;
@@ -286,12 +291,8 @@ module rt_cache #(
           again[p] = 1'b1;
         end else if (!free_valid_q) begin
           later[p] = 1'b1;
-        end else if (!on_valid && !on_valid_q && !refused_q) begin
-          on_valid  = 1'b1;
-          on_key    = key4_q[p];
-          on_waiter = waiter4_q[p];
-          on_port   = port_t'(p);
-          on_set    = set4_q[p];
+        end else if (on_port == port_t'(p) && open4_q[p] && !on_valid_q && !refused_q) begin
+          on_valid = 1'b1;
         end else begin
           again[p] = 1'b1;
         end

@@ -42,7 +42,7 @@ def main() -> int:
         run("html", source, "-o", options.html)
         return 0
     with tempfile.TemporaryDirectory() as folder:
-        run("regblock", source, "-o", folder, "--cpuif", "axi4-lite-flat")
+        run("regblock", source, "-o", folder, "--cpuif", "axi4-lite-flat", "--rt-read-fanin")
         run("c-header", source, "-o", f"{folder}/rt_regs.h")
         differing = [f for f in FILES if not (HERE / f).exists() or not filecmp.cmp(HERE / f, f"{folder}/{f}", shallow=False)]
         if options.check:

@@ -47,7 +47,7 @@ module rt_regs (
     logic cpuif_wr_ack;
     logic cpuif_wr_err;
 
-    // Max Outstanding Transactions: 2
+    // Max Outstanding Transactions: 3
     logic [1:0] axil_n_in_flight;
     logic axil_prev_was_rd;
     logic axil_arvalid;
@@ -127,7 +127,7 @@ module rt_regs (
         axil_ar_accept = '0;
         axil_aw_accept = '0;
 
-        if(axil_n_in_flight < 2'd2) begin
+        if(axil_n_in_flight < 2'd3) begin
             // Can safely issue more transactions without overwhelming response buffer
             if(axil_arvalid && !axil_prev_was_rd) begin
                 cpuif_req = '1;
@@ -150,16 +150,21 @@ module rt_regs (
 
 
     // AXI4-Lite Response Logic
-    logic axil_resp_buffer_is_wr[2];
-    logic axil_resp_buffer_err[2];
-    logic [31:0] axil_resp_buffer_rdata[2];
+    logic axil_resp_buffer_is_wr[4];
+    logic axil_resp_buffer_err[4];
+    logic [31:0] axil_resp_buffer_rdata[4];
+    // axil_resp_buffer is intentionally padded to the next power of two despite
+    // only requiring 3 entries.
+    // This is to avoid quirks in some tools that cannot handle indexing into a non-power-of-2 array.
+    // Unused entries are expected to be optimized away
 
-    logic [1:0] axil_resp_wptr;
-    logic [1:0] axil_resp_rptr;
+
+    logic [2:0] axil_resp_wptr;
+    logic [2:0] axil_resp_rptr;
 
     always_ff @(posedge clk) begin
         if(rst) begin
-            for(int i=0; i<2; i++) begin
+            for(int i=0; i<3; i++) begin
                 axil_resp_buffer_is_wr[i] <= '0;
                 axil_resp_buffer_err[i] <= '0;
                 axil_resp_buffer_rdata[i] <= '0;
@@ -170,20 +175,30 @@ module rt_regs (
             // Store responses in buffer until AXI response channel accepts them
             if(cpuif_rd_ack || cpuif_wr_ack) begin
                 if(cpuif_rd_ack) begin
-                    axil_resp_buffer_is_wr[axil_resp_wptr[0:0]] <= '0;
-                    axil_resp_buffer_err[axil_resp_wptr[0:0]] <= cpuif_rd_err;
-                    axil_resp_buffer_rdata[axil_resp_wptr[0:0]] <= cpuif_rd_data;
+                    axil_resp_buffer_is_wr[axil_resp_wptr[1:0]] <= '0;
+                    axil_resp_buffer_err[axil_resp_wptr[1:0]] <= cpuif_rd_err;
+                    axil_resp_buffer_rdata[axil_resp_wptr[1:0]] <= cpuif_rd_data;
 
                 end else if(cpuif_wr_ack) begin
-                    axil_resp_buffer_is_wr[axil_resp_wptr[0:0]] <= '1;
-                    axil_resp_buffer_err[axil_resp_wptr[0:0]] <= cpuif_wr_err;
+                    axil_resp_buffer_is_wr[axil_resp_wptr[1:0]] <= '1;
+                    axil_resp_buffer_err[axil_resp_wptr[1:0]] <= cpuif_wr_err;
                 end
-                axil_resp_wptr <= axil_resp_wptr + 1'b1;
+                if(axil_resp_wptr[1:0] == 2) begin
+                    axil_resp_wptr[1:0] <= '0;
+                    axil_resp_wptr[2] <= ~axil_resp_wptr[2];
+                end else begin
+                    axil_resp_wptr[1:0] <= axil_resp_wptr[1:0] + 1'b1;
+                end
             end
 
             // Advance read pointer when acknowledged
             if(axil_resp_acked) begin
-                axil_resp_rptr <= axil_resp_rptr + 1'b1;
+                if(axil_resp_rptr[1:0] == 2) begin
+                    axil_resp_rptr[1:0] <= '0;
+                    axil_resp_rptr[2] <= ~axil_resp_rptr[2];
+                end else begin
+                    axil_resp_rptr[1:0] <= axil_resp_rptr[1:0] + 1'b1;
+                end
             end
         end
     end
@@ -193,7 +208,7 @@ module rt_regs (
         s_axil_bvalid = '0;
         s_axil_rvalid = '0;
         if(axil_resp_rptr != axil_resp_wptr) begin
-            if(axil_resp_buffer_is_wr[axil_resp_rptr[0:0]]) begin
+            if(axil_resp_buffer_is_wr[axil_resp_rptr[1:0]]) begin
                 s_axil_bvalid = '1;
                 if(s_axil_bready) axil_resp_acked = '1;
             end else begin
@@ -202,8 +217,8 @@ module rt_regs (
             end
         end
 
-        s_axil_rdata = axil_resp_buffer_rdata[axil_resp_rptr[0:0]];
-        if(axil_resp_buffer_err[axil_resp_rptr[0:0]]) begin
+        s_axil_rdata = axil_resp_buffer_rdata[axil_resp_rptr[1:0]];
+        if(axil_resp_buffer_err[axil_resp_rptr[1:0]]) begin
             s_axil_bresp = 2'b10;
             s_axil_rresp = 2'b10;
         end else begin
@@ -214,9 +229,19 @@ module rt_regs (
 
     logic cpuif_req_masked;
 
-    // Read & write latencies are balanced. Stalls not required
+    // Read latency > write latency. May need to delay next write that follows a read
+    logic [0:0] cpuif_req_stall_sr;
+    always_ff @(posedge clk) begin
+        if(rst) begin
+            cpuif_req_stall_sr <= '0;
+        end else if(cpuif_req && !cpuif_req_is_wr) begin
+            cpuif_req_stall_sr <= '1;
+        end else begin
+            cpuif_req_stall_sr <= (cpuif_req_stall_sr >> 'd1);
+        end
+    end
     assign cpuif_req_stall_rd = '0;
-    assign cpuif_req_stall_wr = '0;
+    assign cpuif_req_stall_wr = cpuif_req_stall_sr[0];
     assign cpuif_req_masked = cpuif_req
                             & !(!cpuif_req_is_wr & cpuif_req_stall_rd)
                             & !(cpuif_req_is_wr & cpuif_req_stall_wr);
@@ -910,178 +935,212 @@ module rt_regs (
     logic readback_err;
     logic readback_done;
     logic [31:0] readback_data;
+    function automatic bit [4:0] ad_low(bit [8:0] addr);
+        return addr[4:0];
+    endfunction
+    function automatic bit [3:0] ad_hi(bit [8:0] addr);
+        return addr[8:5];
+    endfunction
+
+    // readback stage 1
+    logic [31:0] readback_data_rt_c[16];
     always_comb begin
-        automatic logic [31:0] readback_data_var;
-        readback_data_var = '0;
-        if(rd_mux_addr == 9'h0) begin
-            readback_data_var[31:0] = 32'h52545243;
+        automatic logic [31:0] readback_data_var[16];
+        for(int i=0; i<16; i++) readback_data_var[i] = '0;
+        if(ad_low(rd_mux_addr) == ad_low(9'h0)) begin
+            readback_data_var[ad_hi(9'h0)][31:0] = 32'h52545243;
         end
-        if(rd_mux_addr == 9'h4) begin
-            readback_data_var[7:0] = 8'h1;
-            readback_data_var[15:8] = hwif_in.version.image.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h4)) begin
+            readback_data_var[ad_hi(9'h4)][7:0] = 8'h1;
+            readback_data_var[ad_hi(9'h4)][15:8] = hwif_in.version.image.next;
         end
-        if(rd_mux_addr == 9'h8) begin
-            readback_data_var[7:0] = hwif_in.build.lanes.next;
-            readback_data_var[19:8] = hwif_in.build.contexts.next;
-            readback_data_var[25:20] = hwif_in.build.data_bytes.next;
-            readback_data_var[31:26] = hwif_in.build.mail_entries.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h8)) begin
+            readback_data_var[ad_hi(9'h8)][7:0] = hwif_in.build.lanes.next;
+            readback_data_var[ad_hi(9'h8)][19:8] = hwif_in.build.contexts.next;
+            readback_data_var[ad_hi(9'h8)][25:20] = hwif_in.build.data_bytes.next;
+            readback_data_var[ad_hi(9'h8)][31:26] = hwif_in.build.mail_entries.next;
         end
-        if(rd_mux_addr == 9'h10) begin
-            readback_data_var[0] = field_storage.control.start.value;
-            readback_data_var[1] = field_storage.control.soft_reset.value;
-            readback_data_var[2] = field_storage.control.irq_enable.value;
-            readback_data_var[3] = field_storage.control.parent_links.value;
-            readback_data_var[4] = field_storage.control.use_mailbox.value;
-            readback_data_var[5] = field_storage.control.own_step_limit.value;
+        if(ad_low(rd_mux_addr) == ad_low(9'h10)) begin
+            readback_data_var[ad_hi(9'h10)][0] = field_storage.control.start.value;
+            readback_data_var[ad_hi(9'h10)][1] = field_storage.control.soft_reset.value;
+            readback_data_var[ad_hi(9'h10)][2] = field_storage.control.irq_enable.value;
+            readback_data_var[ad_hi(9'h10)][3] = field_storage.control.parent_links.value;
+            readback_data_var[ad_hi(9'h10)][4] = field_storage.control.use_mailbox.value;
+            readback_data_var[ad_hi(9'h10)][5] = field_storage.control.own_step_limit.value;
         end
-        if(rd_mux_addr == 9'h14) begin
-            readback_data_var[0] = hwif_in.status.busy.next;
-            readback_data_var[1] = hwif_in.status.done.next;
-            readback_data_var[5:4] = hwif_in.status.image_fault.next;
-            readback_data_var[8] = hwif_in.status.ray_fault.next;
-            readback_data_var[9] = hwif_in.status.write_fault.next;
-            readback_data_var[15:12] = hwif_in.status.first_fault.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h14)) begin
+            readback_data_var[ad_hi(9'h14)][0] = hwif_in.status.busy.next;
+            readback_data_var[ad_hi(9'h14)][1] = hwif_in.status.done.next;
+            readback_data_var[ad_hi(9'h14)][5:4] = hwif_in.status.image_fault.next;
+            readback_data_var[ad_hi(9'h14)][8] = hwif_in.status.ray_fault.next;
+            readback_data_var[ad_hi(9'h14)][9] = hwif_in.status.write_fault.next;
+            readback_data_var[ad_hi(9'h14)][15:12] = hwif_in.status.first_fault.next;
         end
-        if(rd_mux_addr == 9'h18) begin
-            readback_data_var[31:0] = hwif_in.fault_ray.ray.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h18)) begin
+            readback_data_var[ad_hi(9'h18)][31:0] = hwif_in.fault_ray.ray.next;
         end
-        if(rd_mux_addr == 9'h1c) begin
-            readback_data_var[31:0] = hwif_in.write_fault_ray.ray.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h1c)) begin
+            readback_data_var[ad_hi(9'h1c)][31:0] = hwif_in.write_fault_ray.ray.next;
         end
-        if(rd_mux_addr == 9'h20) begin
-            readback_data_var[31:0] = field_storage.image_base_lo.value.value;
+        if(ad_low(rd_mux_addr) == ad_low(9'h20)) begin
+            readback_data_var[ad_hi(9'h20)][31:0] = field_storage.image_base_lo.value.value;
         end
-        if(rd_mux_addr == 9'h24) begin
-            readback_data_var[31:0] = field_storage.image_base_hi.value.value;
+        if(ad_low(rd_mux_addr) == ad_low(9'h24)) begin
+            readback_data_var[ad_hi(9'h24)][31:0] = field_storage.image_base_hi.value.value;
         end
-        if(rd_mux_addr == 9'h28) begin
-            readback_data_var[31:0] = field_storage.image_lines.value.value;
+        if(ad_low(rd_mux_addr) == ad_low(9'h28)) begin
+            readback_data_var[ad_hi(9'h28)][31:0] = field_storage.image_lines.value.value;
         end
-        if(rd_mux_addr == 9'h30) begin
-            readback_data_var[31:0] = field_storage.ray_base_lo.value.value;
+        if(ad_low(rd_mux_addr) == ad_low(9'h30)) begin
+            readback_data_var[ad_hi(9'h30)][31:0] = field_storage.ray_base_lo.value.value;
         end
-        if(rd_mux_addr == 9'h34) begin
-            readback_data_var[31:0] = field_storage.ray_base_hi.value.value;
+        if(ad_low(rd_mux_addr) == ad_low(9'h34)) begin
+            readback_data_var[ad_hi(9'h34)][31:0] = field_storage.ray_base_hi.value.value;
         end
-        if(rd_mux_addr == 9'h38) begin
-            readback_data_var[31:0] = field_storage.ray_count.value.value;
+        if(ad_low(rd_mux_addr) == ad_low(9'h38)) begin
+            readback_data_var[ad_hi(9'h38)][31:0] = field_storage.ray_count.value.value;
         end
-        if(rd_mux_addr == 9'h3c) begin
-            readback_data_var[31:0] = field_storage.ray_row.value.value;
+        if(ad_low(rd_mux_addr) == ad_low(9'h3c)) begin
+            readback_data_var[ad_hi(9'h3c)][31:0] = field_storage.ray_row.value.value;
         end
-        if(rd_mux_addr == 9'h40) begin
-            readback_data_var[31:0] = field_storage.hit_base_lo.value.value;
+        if(ad_low(rd_mux_addr) == ad_low(9'h40)) begin
+            readback_data_var[ad_hi(9'h40)][31:0] = field_storage.hit_base_lo.value.value;
         end
-        if(rd_mux_addr == 9'h44) begin
-            readback_data_var[31:0] = field_storage.hit_base_hi.value.value;
+        if(ad_low(rd_mux_addr) == ad_low(9'h44)) begin
+            readback_data_var[ad_hi(9'h44)][31:0] = field_storage.hit_base_hi.value.value;
         end
-        if(rd_mux_addr == 9'h48) begin
-            readback_data_var[31:0] = field_storage.step_limit.value.value;
+        if(ad_low(rd_mux_addr) == ad_low(9'h48)) begin
+            readback_data_var[ad_hi(9'h48)][31:0] = field_storage.step_limit.value.value;
         end
-        if(rd_mux_addr == 9'h100) begin
-            readback_data_var[31:0] = hwif_in.clocks.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h100)) begin
+            readback_data_var[ad_hi(9'h100)][31:0] = hwif_in.clocks.value.next;
         end
-        if(rd_mux_addr == 9'h104) begin
-            readback_data_var[31:0] = hwif_in.rays.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h104)) begin
+            readback_data_var[ad_hi(9'h104)][31:0] = hwif_in.rays.value.next;
         end
-        if(rd_mux_addr == 9'h108) begin
-            readback_data_var[31:0] = hwif_in.faults.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h108)) begin
+            readback_data_var[ad_hi(9'h108)][31:0] = hwif_in.faults.value.next;
         end
-        if(rd_mux_addr == 9'h10c) begin
-            readback_data_var[31:0] = hwif_in.down.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h10c)) begin
+            readback_data_var[ad_hi(9'h10c)][31:0] = hwif_in.down.value.next;
         end
-        if(rd_mux_addr == 9'h110) begin
-            readback_data_var[31:0] = hwif_in.up.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h110)) begin
+            readback_data_var[ad_hi(9'h110)][31:0] = hwif_in.up.value.next;
         end
-        if(rd_mux_addr == 9'h114) begin
-            readback_data_var[31:0] = hwif_in.leaf.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h114)) begin
+            readback_data_var[ad_hi(9'h114)][31:0] = hwif_in.leaf.value.next;
         end
-        if(rd_mux_addr == 9'h118) begin
-            readback_data_var[31:0] = hwif_in.tests.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h118)) begin
+            readback_data_var[ad_hi(9'h118)][31:0] = hwif_in.tests.value.next;
         end
-        if(rd_mux_addr == 9'h11c) begin
-            readback_data_var[31:0] = hwif_in.skipped.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h11c)) begin
+            readback_data_var[ad_hi(9'h11c)][31:0] = hwif_in.skipped.value.next;
         end
-        if(rd_mux_addr == 9'h120) begin
-            readback_data_var[31:0] = hwif_in.node_hits.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h120)) begin
+            readback_data_var[ad_hi(9'h120)][31:0] = hwif_in.node_hits.value.next;
         end
-        if(rd_mux_addr == 9'h124) begin
-            readback_data_var[31:0] = hwif_in.node_misses.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h124)) begin
+            readback_data_var[ad_hi(9'h124)][31:0] = hwif_in.node_misses.value.next;
         end
-        if(rd_mux_addr == 9'h128) begin
-            readback_data_var[31:0] = hwif_in.leaf_hits.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h128)) begin
+            readback_data_var[ad_hi(9'h128)][31:0] = hwif_in.leaf_hits.value.next;
         end
-        if(rd_mux_addr == 9'h12c) begin
-            readback_data_var[31:0] = hwif_in.leaf_misses.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h12c)) begin
+            readback_data_var[ad_hi(9'h12c)][31:0] = hwif_in.leaf_misses.value.next;
         end
-        if(rd_mux_addr == 9'h130) begin
-            readback_data_var[31:0] = hwif_in.list_hits.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h130)) begin
+            readback_data_var[ad_hi(9'h130)][31:0] = hwif_in.list_hits.value.next;
         end
-        if(rd_mux_addr == 9'h134) begin
-            readback_data_var[31:0] = hwif_in.list_misses.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h134)) begin
+            readback_data_var[ad_hi(9'h134)][31:0] = hwif_in.list_misses.value.next;
         end
-        if(rd_mux_addr == 9'h138) begin
-            readback_data_var[31:0] = hwif_in.triangle_hits.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h138)) begin
+            readback_data_var[ad_hi(9'h138)][31:0] = hwif_in.triangle_hits.value.next;
         end
-        if(rd_mux_addr == 9'h13c) begin
-            readback_data_var[31:0] = hwif_in.triangle_misses.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h13c)) begin
+            readback_data_var[ad_hi(9'h13c)][31:0] = hwif_in.triangle_misses.value.next;
         end
-        if(rd_mux_addr == 9'h140) begin
-            readback_data_var[31:0] = hwif_in.read_beats.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h140)) begin
+            readback_data_var[ad_hi(9'h140)][31:0] = hwif_in.read_beats.value.next;
         end
-        if(rd_mux_addr == 9'h144) begin
-            readback_data_var[31:0] = hwif_in.write_beats.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h144)) begin
+            readback_data_var[ad_hi(9'h144)][31:0] = hwif_in.write_beats.value.next;
         end
-        if(rd_mux_addr == 9'h150) begin
-            readback_data_var[31:0] = hwif_in.lane_busy.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h150)) begin
+            readback_data_var[ad_hi(9'h150)][31:0] = hwif_in.lane_busy.value.next;
         end
-        if(rd_mux_addr == 9'h154) begin
-            readback_data_var[31:0] = hwif_in.lane_starved.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h154)) begin
+            readback_data_var[ad_hi(9'h154)][31:0] = hwif_in.lane_starved.value.next;
         end
-        if(rd_mux_addr == 9'h158) begin
-            readback_data_var[31:0] = hwif_in.lane_blocked.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h158)) begin
+            readback_data_var[ad_hi(9'h158)][31:0] = hwif_in.lane_blocked.value.next;
         end
-        if(rd_mux_addr == 9'h160) begin
-            readback_data_var[31:0] = hwif_in.leaf_busy.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h160)) begin
+            readback_data_var[ad_hi(9'h160)][31:0] = hwif_in.leaf_busy.value.next;
         end
-        if(rd_mux_addr == 9'h164) begin
-            readback_data_var[31:0] = hwif_in.leaf_starved.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h164)) begin
+            readback_data_var[ad_hi(9'h164)][31:0] = hwif_in.leaf_starved.value.next;
         end
-        if(rd_mux_addr == 9'h168) begin
-            readback_data_var[31:0] = hwif_in.leaf_blocked.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h168)) begin
+            readback_data_var[ad_hi(9'h168)][31:0] = hwif_in.leaf_blocked.value.next;
         end
-        if(rd_mux_addr == 9'h170) begin
-            readback_data_var[31:0] = hwif_in.test_busy.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h170)) begin
+            readback_data_var[ad_hi(9'h170)][31:0] = hwif_in.test_busy.value.next;
         end
-        if(rd_mux_addr == 9'h174) begin
-            readback_data_var[31:0] = hwif_in.test_starved.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h174)) begin
+            readback_data_var[ad_hi(9'h174)][31:0] = hwif_in.test_starved.value.next;
         end
-        if(rd_mux_addr == 9'h178) begin
-            readback_data_var[31:0] = hwif_in.test_blocked.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h178)) begin
+            readback_data_var[ad_hi(9'h178)][31:0] = hwif_in.test_blocked.value.next;
         end
-        if(rd_mux_addr == 9'h180) begin
-            readback_data_var[31:0] = hwif_in.bus_busy.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h180)) begin
+            readback_data_var[ad_hi(9'h180)][31:0] = hwif_in.bus_busy.value.next;
         end
-        if(rd_mux_addr == 9'h184) begin
-            readback_data_var[31:0] = hwif_in.bus_starved.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h184)) begin
+            readback_data_var[ad_hi(9'h184)][31:0] = hwif_in.bus_starved.value.next;
         end
-        if(rd_mux_addr == 9'h188) begin
-            readback_data_var[31:0] = hwif_in.bus_blocked.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h188)) begin
+            readback_data_var[ad_hi(9'h188)][31:0] = hwif_in.bus_blocked.value.next;
         end
-        if(rd_mux_addr == 9'h190) begin
-            readback_data_var[31:0] = hwif_in.reference_busy.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h190)) begin
+            readback_data_var[ad_hi(9'h190)][31:0] = hwif_in.reference_busy.value.next;
         end
-        if(rd_mux_addr == 9'h194) begin
-            readback_data_var[31:0] = hwif_in.reference_starved.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h194)) begin
+            readback_data_var[ad_hi(9'h194)][31:0] = hwif_in.reference_starved.value.next;
         end
-        if(rd_mux_addr == 9'h198) begin
-            readback_data_var[31:0] = hwif_in.reference_blocked.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h198)) begin
+            readback_data_var[ad_hi(9'h198)][31:0] = hwif_in.reference_blocked.value.next;
         end
-        if(rd_mux_addr == 9'h1a0) begin
-            readback_data_var[31:0] = hwif_in.context_clocks.value.next;
+        if(ad_low(rd_mux_addr) == ad_low(9'h1a0)) begin
+            readback_data_var[ad_hi(9'h1a0)][31:0] = hwif_in.context_clocks.value.next;
         end
-        readback_data = readback_data_var;
-        readback_done = decoded_req & ~decoded_req_is_wr;
+        readback_data_rt_c = readback_data_var;
+    end
+
+    logic [31:0] readback_data_rt[16];
+    logic readback_done_rt;
+    logic readback_err_rt;
+    logic [8:0] readback_addr_rt;
+    always_ff @(posedge clk) begin
+        if(rst) begin
+            for(int i=0; i<16; i++) readback_data_rt[i] <= '0;
+            readback_done_rt <= '0;
+            readback_err_rt <= '0;
+            readback_addr_rt <= '0;
+        end else begin
+            readback_data_rt <= readback_data_rt_c;
+            readback_err_rt <= decoded_err;
+            readback_done_rt <= decoded_req & ~decoded_req_is_wr;
+            readback_addr_rt <= rd_mux_addr;
+        end
+    end
+
+
+
+    // readback stage 2
+    always_comb begin
+        readback_data = readback_data_rt[readback_addr_rt[8:5]];
+        readback_done = readback_done_rt;
         readback_err = '0;
     end
 

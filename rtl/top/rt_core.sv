@@ -122,7 +122,9 @@ module rt_core #(
   logic [LaneIndexBits-1:0] arrival_index_unused;
   logic                     end_index_unused;
 
-  // --- read requests: one round-robin choice of all units, which have a register each, behind the sum that is the address ---
+  // --- read requests: one round-robin choice of all units, which have a register each, behind the sum that is the address; another behind it ---
+  logic                       chosen_read_valid, chosen_read_ready;
+  rt_core_pkg::read_request_t chosen_read;
   localparam int unsigned Sources = rt_core_pkg::Sources;
   logic [Sources-1:0]         source_valid, source_ready, waiting_valid, waiting_ready;
   rt_core_pkg::read_request_t source_request[Sources], waiting_request[Sources];
@@ -150,10 +152,22 @@ module rt_core #(
       .in_ready_o (waiting_ready),
       .in_data_i  (waiting_request),
       .in_last_i  ('1),
+      .out_valid_o(chosen_read_valid),
+      .out_ready_i(chosen_read_ready),
+      .out_data_o (chosen_read),
+      .out_index_o(read_index_unused)
+  );
+  rt_skid #(
+      .data_t(rt_core_pkg::read_request_t)
+  ) u_read_skid (
+      .clk_i,
+      .rst_ni     (rst_n[ResetRequests]),
+      .in_valid_i (chosen_read_valid),
+      .in_ready_o (chosen_read_ready),
+      .in_data_i  (chosen_read),
       .out_valid_o(read_valid_o),
       .out_ready_i(read_ready_i),
-      .out_data_o (read_o),
-      .out_index_o(read_index_unused)
+      .out_data_o (read_o)
   );
   function automatic rt_core_pkg::read_request_t request(logic [rt_core_pkg::AddrBits-1:0] base, logic [29:0] offset,
                                                          int unsigned bytes, int unsigned source,
@@ -255,23 +269,28 @@ module rt_core #(
   );
 
   // --- launches: returns from leaves first; through a register, as they go to all lanes and units ---
-  logic                   return_valid, launch_ray_q;
-  context_t               return_context, launch_context, launch_context_q;
+  logic                   return_valid, return_valid_q, launch_ray_q;
+  context_t               return_context, return_context_q, launch_context, launch_context_q;
   logic [Lanes-1:0]       launch_valid_q;
-  rt_core_pkg::launch_t   return_launch, launch_q;
+  rt_core_pkg::launch_t   return_launch, return_launch_q, launch_q;
   rt_core_pkg::walk_ray_t walk_ray_q;
   rt_core_pkg::test_ray_t test_ray_q;
   rt_core_pkg::ray_info_t ray_info_q;
-  assign ray_ready      = !return_valid;
+  always_ff @(posedge clk_i) begin
+    return_valid_q   <= return_valid && wires_rst_n;
+    return_context_q <= return_context;
+    return_launch_q  <= return_launch;
+  end
+  assign ray_ready      = !return_valid_q;
   assign ray_go         = ray_valid && ray_ready;
-  assign launch_context = return_valid ? return_context : ray_context;
+  assign launch_context = return_valid_q ? return_context_q : ray_context;
   always_ff @(posedge clk_i) begin
     for (int unsigned l = 0; l < Lanes; l++) begin
-      launch_valid_q[l] <= (return_valid || ray_go) && 32'(launch_context) >> LaneContextBits == l && wires_rst_n;
+      launch_valid_q[l] <= (return_valid_q || ray_go) && 32'(launch_context) >> LaneContextBits == l && wires_rst_n;
     end
     launch_ray_q     <= ray_go && wires_rst_n;
     launch_context_q <= launch_context;
-    launch_q         <= return_valid ? return_launch : ray_launch;
+    launch_q         <= return_valid_q ? return_launch_q : ray_launch;
     walk_ray_q       <= walk_ray;
     test_ray_q       <= test_ray;
     ray_info_q       <= ray_info;

@@ -156,9 +156,9 @@ module rt_lane #(
   rt_contract_pkg::position_t        s5_split;
   rt_contract_pkg::axis_t            s5_axis;
   rt_contract_pkg::pair_index_t      s5_child;
-  logic [31:0]                       s5_steps_q;  // with this one
+  logic [31:0]                       s4_steps_q, s5_steps_q;  // with this one
   rt_core_pkg::leaf_size_t           s5_size;
-  logic                              s5_at_limit, s5_child_beyond, s5_grandparent_beyond;
+  logic                              s5_at_limit_q, s5_child_beyond, s5_grandparent_beyond;
 
   // Without a look-up there is an event; after a miss the cache has the context.
   assign s5_valid   = s5_here_q && (!s5_look_q || s5_hit_q);
@@ -168,7 +168,6 @@ module rt_lane #(
   assign s5_child   = s5_right ? s5_pair_q.right_child : s5_pair_q.left_child;
   assign s5_size    = unsigned'(s5_split) < rt_contract_pkg::PositionBits'(rt_contract_pkg::LeafLong) ?
                         rt_core_pkg::leaf_size_t'(s5_split) : rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong);
-  assign s5_at_limit           = s5_steps_q >= view_i.step_limit;
   assign s5_child_beyond       = is_beyond(s5_child, view_i.pair_count);
   assign s5_grandparent_beyond = is_beyond(s5_pair_q.parent[23:1], view_i.pair_count);
   assign s5_at_leaf = s5_axis == rt_contract_pkg::AxisLeaf;
@@ -221,7 +220,7 @@ module rt_lane #(
       .in_valid_i (descend_enter),
       .in_ready_o (descend_ready),
       .in_data_i  (descend_in),
-      .in_tag_i   ('{ctx: s5_context_q, steps: s5_steps_q, at_limit: s5_at_limit, child_beyond: s5_child_beyond}),
+      .in_tag_i   ('{ctx: s5_context_q, steps: s5_steps_q, at_limit: s5_at_limit_q, child_beyond: s5_child_beyond}),
       .out_valid_o(descend_valid),
       .out_ready_i(descend_take),
       .out_data_o (descend_out),
@@ -239,7 +238,7 @@ module rt_lane #(
       .in_tag_i   ('{
           ctx: s5_context_q,
           steps: s5_steps_q,
-          at_limit: s5_at_limit,
+          at_limit: s5_at_limit_q,
           child_beyond: s5_child_beyond,
           grandparent_beyond: s5_grandparent_beyond,
           grandparent: s5_pair_q.parent
@@ -416,7 +415,9 @@ module rt_lane #(
     s5_here_q    <= s4_valid_q;
     s5_context_q <= s4_context_q;
     s5_state_q   <= s4_state_q;
-    s5_steps_q   <= s4_state_q.steps + 32'd1;
+    s5_steps_q   <= s4_steps_q;
+    s5_at_limit_q <= s4_steps_q >= view_i.step_limit;
+    s4_steps_q   <= s3_state_q.steps + 32'd1;
     s5_event_q   <= s4_event_q;
     s5_ray_q     <= s4_ray;
     s5_segment_q <= s4_segment;

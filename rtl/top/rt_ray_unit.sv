@@ -76,7 +76,7 @@ module rt_ray_unit #(
   logic [LineBits-1:0]              line_number_q;
   logic [TileBits:0]                done_q;      // rays of this row of the tile
   logic [RoomBits-1:0]              room_q;      // rays that may still be asked for
-  logic                             fetch_go, fetch_open, ray_leaves, order_room, order_valid, row_ends, last_line, burst_ends;
+  logic                             fetch_go, fetch_open, ray_leaves_q, order_room, order_valid, row_ends, last_line, burst_ends;
   logic                             fetch_valid_q;
   rt_core_pkg::read_request_t       fetch_q;
   order_t                           order;
@@ -147,7 +147,7 @@ module rt_ray_unit #(
         done_q <= done_q + (TileBits + 1)'(burst_q);
       end
     end
-    room_q <= room_q - (fetch_go ? RoomBits'(burst_q) : '0) + RoomBits'(ray_leaves);
+    room_q <= room_q - (fetch_go ? RoomBits'(burst_q) : '0) + RoomBits'(ray_leaves_q);
     if (fetch_go) begin
       fetch_valid_q <= 1'b1;
       fetch_q <= '{
@@ -240,7 +240,7 @@ module rt_ray_unit #(
       ray_number_q <= '0;
     end
   end
-  assign ray_leaves = ray_taken;
+  always_ff @(posedge clk_i) ray_leaves_q <= ray_taken && rst_ni;
 
   rt_contract_pkg::ray_setup_in_record_t  setup_in;
   rt_contract_pkg::ray_setup_out_record_t setup_out;

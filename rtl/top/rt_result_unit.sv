@@ -1,10 +1,10 @@
 // Result unit: keeps the best hit of every context and decides what a context does when its leaf is done.
 //
 // Purpose     R0 takes an event: a result of rt_tri_test (tri_*), or a context that ends or leaves a leaf without tests (direct_*), and
-//             reads what is known of the context; it is there in R2. R3 compares and updates the best hit. R4 decides, if this was the last of the
-//             leaf, and R5 either finishes the ray (finish_*, with the best hit) or sends the context back to its lane (return_*).
-// Hazard      Results of one context may follow each other directly: a best hit goes from R3 to the memory and to whoever has read it too early,
-//             in R0 to R2.
+//             reads what is known of the context; it is there in R2. R3 compares with the best hit, R4 keeps the better one. R5 decides, if this was
+//             the last of the leaf, and R6 either finishes the ray (finish_*, with the best hit) or sends the context back to its lane (return_*).
+// Hazard      A result waits in R0 while one of its context is in R1 to R4. Those of one context are further apart in rt_reference_unit, so that
+//             this happens only where results have been held up.
 // Order       Direct events go first; a context is never in both at once. Lower t wins, on equal t the lower id; an any-hit ray keeps
 //             the first accepted one, also over an error met behind it.
 // Rates       One event a clock. finish_* stalls it, return_* is always accepted.
@@ -64,18 +64,8 @@ module rt_result_unit #(
   } finish_t;
 
   localparam int unsigned FinishDepth = 16;
-  localparam int unsigned InFlight = 6;  // R0 .. R5 may hold finished rays that are not counted yet
+  localparam int unsigned InFlight = 7;  // R0 .. R6 may hold finished rays that are not counted yet
   localparam int unsigned FinishUsageBits = $clog2(FinishDepth + 1);
-
-  // --- R0 ---
-  logic                       r0_valid, room;
-  context_t                   r0_context;
-  logic [FinishUsageBits-1:0] finish_usage;
-  assign room           = finish_usage <= FinishUsageBits'(FinishDepth - InFlight);
-  assign direct_ready_o = room;
-  assign tri_ready_o    = room && !direct_valid_i;
-  assign r0_valid       = room && (direct_valid_i || tri_valid_i);
-  assign r0_context     = direct_valid_i ? direct_context_i : tri_context_i;
 
   typedef struct packed {
     logic                     direct;
@@ -84,6 +74,40 @@ module rt_result_unit #(
     context_t                 ctx;
     rt_contract_pkg::status_t event_code;
   } event_t;
+  typedef struct packed {
+    event_t                                what;
+    rt_contract_pkg::tri_test_out_record_t data;
+  } result_t;
+
+  // --- R0 ---
+  logic                       r0_valid, r0_conflict, room_q, result_valid, result_take;
+  result_t                    result;
+  event_t                     r0_event;
+  context_t                   r0_context;
+  logic [FinishUsageBits-1:0] finish_usage;
+  rt_skid #(
+      .data_t(result_t)
+  ) u_result (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (tri_valid_i),
+      .in_ready_o (tri_ready_o),
+      .in_data_i  ('{
+          what: '{direct: 1'b0, test: tri_test_i, last: tri_last_i, ctx: tri_context_i, event_code: tri_event_i},
+          data: tri_data_i
+      }),
+      .out_valid_o(result_valid),
+      .out_ready_i(result_take),
+      .out_data_o (result)
+  );
+  assign direct_ready_o = room_q;
+  assign result_take    = room_q && !direct_valid_i && !r0_conflict;
+  assign r0_valid       = room_q && (direct_valid_i || (result_valid && !r0_conflict));
+  always_comb begin
+    r0_event = result.what;
+    if (direct_valid_i) r0_event = '{direct: 1'b1, test: 1'b0, last: 1'b1, ctx: direct_context_i, event_code: direct_event_i};
+    r0_context = r0_event.ctx;
+  end
 
   // --- R1, R2: what is known of the context ---
   logic                                  r1_valid_q, r2_valid_q, r2_had_q;
@@ -92,135 +116,134 @@ module rt_result_unit #(
   best_t                                 r1_best, r2_best_q;
   rt_core_pkg::leave_t                   r1_leave, r2_leave_q;
   rt_core_pkg::ray_info_t                r1_ray, r2_ray_q;
-  logic [Contexts-1:0]                   has_hit_q;  // a clock after R3
-  logic                                  accepted_q;
-  context_t                              accepted_context_q;
-  // A best hit that is newer than what has been read: R3 accepts one while its context is in this stage.
-  logic                                  r0_newer, r1_newer, r2_newer, r1_newer_q, r2_newer_q;
-  best_t                                 r1_newest_q, r2_newest_q;
+  logic [Contexts-1:0]                   has_hit_q;
 
   // --- R3: compare ---
-  logic                                  r3_valid_q, r3_had_q, r3_nearer, r3_accept;
+  logic                                  r3_valid_q, r3_had_q;
   event_t                                r3_q;
   rt_contract_pkg::tri_test_out_record_t r3_tri_q;
-  best_t                                 r3_best_q, r3_candidate, r3_new;  // without a hit: no triangle at t_max
+  best_t                                 r3_best_q;  // without a hit: no triangle at t_max
   rt_core_pkg::leave_t                   r3_leave_q;
   rt_core_pkg::ray_info_t                r3_ray_q;
 
-  assign r3_candidate = '{
-          t: r3_tri_q.t,
-          id: r3_tri_q.id,
-          edge_u: r3_tri_q.edge_u,
-          edge_v: r3_tri_q.edge_v,
-          dz: r3_tri_q.dz,
-          exponent_u: r3_tri_q.exponent_u,
-          exponent_v: r3_tri_q.exponent_v
-      };
-  assign r3_nearer = r3_tri_q.t < r3_best_q.t || (r3_tri_q.t == r3_best_q.t && r3_tri_q.id < r3_best_q.id);
-  assign r3_accept = r3_valid_q && !r3_q.direct && r3_q.test && r3_tri_q.hit[0] && r3_nearer && !(r3_ray_q.any[0] && r3_had_q);
-  assign r3_new    = r3_accept ? r3_candidate : r3_best_q;
+  // --- R4: keep the better one ---
+  logic                   r4_valid_q, r4_had_q, r4_candidate_q, r4_less_q, r4_same_q, r4_lower_id_q, r4_accept;
+  event_t                 r4_q;
+  best_t                  r4_new_q, r4_best_q;
+  rt_core_pkg::leave_t    r4_leave_q;
+  rt_core_pkg::ray_info_t r4_ray_q;
+  assign r4_accept = r4_candidate_q && (r4_less_q || (r4_same_q && r4_lower_id_q));
 
-  assign r0_newer = r3_accept && r3_q.ctx == r0_context;
-  assign r1_newer = r3_accept && r3_q.ctx == r1_q.ctx;
-  assign r2_newer = r3_accept && r3_q.ctx == r2_q.ctx;
+  assign r0_conflict = (r1_valid_q && r1_q.ctx == result.what.ctx) || (r2_valid_q && r2_q.ctx == result.what.ctx) ||
+                       (r3_valid_q && r3_q.ctx == result.what.ctx) || (r4_valid_q && r4_q.ctx == result.what.ctx);
 
-  // --- R4: what to do ---
-  logic                         r4_valid_q, r4_has_q, r4_ends, r4_finish;
-  event_t                       r4_q;
-  best_t                        r4_best_q;
-  rt_core_pkg::leave_t          r4_leave_q;
-  rt_core_pkg::ray_info_t       r4_ray_q;
-  rt_contract_pkg::node_index_t r4_target;
+  // --- R5: what to do ---
+  logic                         r5_last_q, r5_has_q, r5_ends, r5_finish;
+  event_t                       r5_q;
+  best_t                        r5_best_q;
+  rt_core_pkg::leave_t          r5_leave_q;
+  rt_core_pkg::ray_info_t       r5_ray_q;
+  rt_contract_pkg::node_index_t r5_target;
 
-  assign r4_target = parent_links_i ? r4_leave_q.node : r4_leave_q.link;
+  assign r5_target = parent_links_i ? r5_leave_q.node : r5_leave_q.link;
   // Nothing behind the exit can be nearer, or there is nowhere to go.
-  assign r4_ends = !r4_leave_q.exit.exits[0] ||
-      signed'({2'b0, r4_best_q.t}) <= signed'({r4_leave_q.exit.t_exit[27], r4_leave_q.exit.t_exit}) || r4_target == '0;
-  assign r4_finish = (r4_ray_q.any[0] && r4_has_q) || r4_q.event_code != rt_core_pkg::EventGoOn || r4_ends;
+  assign r5_ends = !r5_leave_q.exit.exits[0] ||
+      signed'({2'b0, r5_best_q.t}) <= signed'({r5_leave_q.exit.t_exit[27], r5_leave_q.exit.t_exit}) || r5_target == '0;
+  assign r5_finish = (r5_ray_q.any[0] && r5_has_q) || r5_q.event_code != rt_core_pkg::EventGoOn || r5_ends;
 
-  // --- R5: do it ---
+  // --- R6: do it ---
   logic                 return_valid_q, free_valid_q;
-  context_t             r5_context_q;
+  context_t             r6_context_q;
   rt_core_pkg::launch_t return_q;
   finish_t              finish_q, finish_out;
   assign return_valid_o   = return_valid_q;
-  assign return_context_o = r5_context_q;
+  assign return_context_o = r6_context_q;
   assign return_o         = return_q;
   assign free_valid_o     = free_valid_q;
-  assign free_context_o   = r5_context_q;
+  assign free_context_o   = r6_context_q;
   assign has_hit_o        = has_hit_q;
 
   always_ff @(posedge clk_i) begin
+    room_q     <= finish_usage <= FinishUsageBits'(FinishDepth - InFlight - 1);
     r1_valid_q <= r0_valid;
-    r1_q <= '{
-        direct: direct_valid_i,
-        test: tri_test_i,
-        last: direct_valid_i || tri_last_i,
-        ctx: r0_context,
-        event_code: direct_valid_i ? direct_event_i : tri_event_i
-    };
-    r1_tri_q    <= tri_data_i;
-    r1_newer_q  <= r0_newer;
-    r1_newest_q <= r3_candidate;
-    r2_valid_q  <= r1_valid_q;
-    r2_q        <= r1_q;
-    r2_tri_q    <= r1_tri_q;
-    r2_had_q    <= has_hit_q[r1_q.ctx] || r1_newer || r1_newer_q;
-    r2_leave_q  <= r1_leave;
-    r2_ray_q    <= r1_ray;
-    r2_best_q   <= r1_best;
-    r2_newer_q  <= r1_newer || r1_newer_q;
-    r2_newest_q <= r1_newer ? r3_candidate : r1_newest_q;
-    r3_valid_q  <= r2_valid_q;
-    r3_q        <= r2_q;
-    r3_tri_q    <= r2_tri_q;
-    r3_had_q    <= r2_had_q || r2_newer;
-    r3_leave_q  <= r2_leave_q;
-    r3_ray_q    <= r2_ray_q;
-    r3_best_q   <= r2_best_q;
+    r1_q       <= r0_event;
+    r1_tri_q   <= result.data;
+    r2_valid_q <= r1_valid_q;
+    r2_q       <= r1_q;
+    r2_tri_q   <= r1_tri_q;
+    r2_had_q   <= has_hit_q[r1_q.ctx];
+    r2_leave_q <= r1_leave;
+    r2_ray_q   <= r1_ray;
+    r2_best_q  <= r1_best;
+    r3_valid_q <= r2_valid_q;
+    r3_q       <= r2_q;
+    r3_tri_q   <= r2_tri_q;
+    r3_had_q   <= r2_had_q;
+    r3_leave_q <= r2_leave_q;
+    r3_ray_q   <= r2_ray_q;
+    r3_best_q  <= r2_best_q;
     if (!r2_had_q) begin
       r3_best_q    <= '0;
       r3_best_q.t  <= r2_ray_q.t_max;
       r3_best_q.id <= rt_contract_pkg::NoTriangle;
     end
-    if (r2_newer_q) r3_best_q <= r2_newest_q;
-    if (r2_newer) r3_best_q <= r3_candidate;
-    accepted_q         <= r3_accept && rst_ni;
-    accepted_context_q <= r3_q.ctx;
-    if (accepted_q) has_hit_q[accepted_context_q] <= 1'b1;
+
+    r4_valid_q     <= r3_valid_q;
+    r4_q           <= r3_q;
+    r4_had_q       <= r3_had_q;
+    r4_candidate_q <= r3_valid_q && !r3_q.direct && r3_q.test && r3_tri_q.hit[0] && !(r3_ray_q.any[0] && r3_had_q);
+    r4_less_q      <= r3_tri_q.t < r3_best_q.t;
+    r4_same_q      <= r3_tri_q.t == r3_best_q.t;
+    r4_lower_id_q  <= r3_tri_q.id < r3_best_q.id;
+    r4_best_q      <= r3_best_q;
+    r4_leave_q     <= r3_leave_q;
+    r4_ray_q       <= r3_ray_q;
+    r4_new_q       <= '{
+            t: r3_tri_q.t,
+            id: r3_tri_q.id,
+            edge_u: r3_tri_q.edge_u,
+            edge_v: r3_tri_q.edge_v,
+            dz: r3_tri_q.dz,
+            exponent_u: r3_tri_q.exponent_u,
+            exponent_v: r3_tri_q.exponent_v
+        };
+    if (r4_accept) has_hit_q[r4_q.ctx] <= 1'b1;
     if (ray_valid_i) has_hit_q[ray_context_i] <= 1'b0;
 
-    r4_valid_q <= r3_valid_q && r3_q.last;
-    r4_q       <= r3_q;
-    r4_has_q   <= r3_had_q || r3_accept;
-    r4_best_q  <= r3_new;
-    r4_leave_q <= r3_leave_q;
-    r4_ray_q   <= r3_ray_q;
+    r5_last_q  <= r4_valid_q && r4_q.last;
+    r5_q       <= r4_q;
+    r5_has_q   <= r4_had_q || r4_accept;
+    r5_best_q  <= r4_accept ? r4_new_q : r4_best_q;
+    r5_leave_q <= r4_leave_q;
+    r5_ray_q   <= r4_ray_q;
 
-    return_valid_q  <= r4_valid_q && !r4_finish;
-    free_valid_q    <= r4_valid_q && r4_finish;
-    r5_context_q    <= r4_q.ctx;
-    return_q.plane  <= r4_leave_q.exit.plane;
-    return_q.face   <= r4_leave_q.exit.face;
-    return_q.t      <= r4_leave_q.exit.t_exit;
-    return_q.steps  <= r4_leave_q.steps;
+    return_valid_q  <= r5_last_q && !r5_finish;
+    free_valid_q    <= r5_last_q && r5_finish;
+    r6_context_q    <= r5_q.ctx;
+    return_q.plane  <= r5_leave_q.exit.plane;
+    return_q.face   <= r5_leave_q.exit.face;
+    return_q.t      <= r5_leave_q.exit.t_exit;
+    return_q.steps  <= r5_leave_q.steps;
     return_q.fault  <= rt_core_pkg::EventGoOn;
     return_q.up     <= parent_links_i;
-    return_q.parent <= r4_leave_q.parent;
-    return_q.node   <= r4_target;
-    finish_q.best   <= r4_best_q;
-    finish_q.ray    <= r4_ray_q.index;
-    if (!r4_has_q) finish_q.best.id <= '0;
-    if (r4_q.event_code == rt_core_pkg::EventGoOn || r4_q.event_code == rt_core_pkg::EventFinish || (r4_ray_q.any[0] && r4_has_q)) begin
-      finish_q.status <= rt_contract_pkg::status_t'(r4_has_q ? rt_contract_pkg::StatusHit : rt_contract_pkg::StatusMiss);
+    return_q.parent <= r5_leave_q.parent;
+    return_q.node   <= r5_target;
+    finish_q.best   <= r5_best_q;
+    finish_q.ray    <= r5_ray_q.index;
+    if (!r5_has_q) finish_q.best.id <= '0;
+    if (r5_q.event_code == rt_core_pkg::EventGoOn || r5_q.event_code == rt_core_pkg::EventFinish || (r5_ray_q.any[0] && r5_has_q)) begin
+      finish_q.status <= rt_contract_pkg::status_t'(r5_has_q ? rt_contract_pkg::StatusHit : rt_contract_pkg::StatusMiss);
     end else begin
-      finish_q.status <= r4_q.event_code;
+      finish_q.status <= r5_q.event_code;
     end
     if (!rst_ni) begin
+      room_q         <= 1'b0;
       r1_valid_q     <= 1'b0;
       r2_valid_q     <= 1'b0;
       r3_valid_q     <= 1'b0;
       r4_valid_q     <= 1'b0;
+      r4_candidate_q <= 1'b0;
+      r5_last_q      <= 1'b0;
       return_valid_q <= 1'b0;
       free_valid_q   <= 1'b0;
     end
@@ -232,9 +255,9 @@ module rt_result_unit #(
   ) u_best (
       .clk_i,
       .rst_ni,
-      .write_en_i  (r3_accept),
-      .write_addr_i(r3_q.ctx),
-      .write_data_i(r3_candidate),
+      .write_en_i  (r4_accept),
+      .write_addr_i(r4_q.ctx),
+      .write_data_i(r4_new_q),
       .read_en_i   (r0_valid),
       .read_addr_i (r0_context),
       .read_data_o (r1_best)
@@ -298,5 +321,6 @@ module rt_result_unit #(
   `RT_ASSERT(StartIsNotRunning, !(ray_valid_i && ((r1_valid_q && r1_q.ctx == ray_context_i) ||
                                                   (r2_valid_q && r2_q.ctx == ray_context_i) ||
                                                   (r3_valid_q && r3_q.ctx == ray_context_i) ||
-                                                  (r4_valid_q && r4_q.ctx == ray_context_i))))
+                                                  (r4_valid_q && r4_q.ctx == ray_context_i) ||
+                                                  (r5_last_q && r5_q.ctx == ray_context_i))))
 endmodule

@@ -91,29 +91,30 @@ module rt_top #(
     Reset
   } stop_e;
   stop_e                      stop_q;
-  logic                       core_ready_q, draining;
+  logic                       core_ready_q, draining_q;
   logic                       core_reset_q = 1'b1;
   logic [2:0]                 reset_left_q;
   logic [1:0]                 settled_q;  // rt_core hands its reset on to its units a clock later
   logic [OutstandingBits-1:0] outstanding_q;
   logic                       writer_idle, read_offered_q, read_pending;
 
-  assign draining = stop_q != Run;
   always_ff @(posedge clk_i) begin
     case (stop_q)
       Run: if (regs.control.soft_reset.value) stop_q <= Drain;
-      Drain: if (outstanding_q == '0 && !read_pending && writer_idle) stop_q <= Reset;
+      Drain: if (draining_q && outstanding_q == '0 && !read_pending && writer_idle) stop_q <= Reset;
       default: begin
         reset_left_q <= reset_left_q - 1'b1;
         if (reset_left_q == '0) stop_q <= Run;
       end
     endcase
     if (stop_q != Reset) reset_left_q <= '1;
+    draining_q   <= stop_q != Run;
     core_reset_q <= stop_q == Reset;
     settled_q    <= {settled_q[0], stop_q == Run};
     core_ready_q <= settled_q == '1 && stop_q == Run;
     if (!rst_ni) begin
       stop_q       <= Reset;
+      draining_q   <= 1'b1;
       core_reset_q <= 1'b1;
       settled_q    <= '0;
       core_ready_q <= 1'b0;
@@ -121,7 +122,7 @@ module rt_top #(
   end
 
   // --- core ---
-  logic                              start, started, busy, done, ray_fault, write_fault, writer_fault, hit_written;
+  logic                              start_q, started, busy, done, ray_fault, write_fault, writer_fault, hit_written;
   logic [1:0]                        image_fault;
   rt_contract_pkg::status_t          first_fault;
   logic [31:0]                       fault_ray, write_fault_ray, writer_fault_ray, hit_ray;
@@ -136,13 +137,14 @@ module rt_top #(
   logic [rt_core_pkg::MshrIdBits-1:0] r_mshr_q;
   logic [DataBits-1:0]               r_data_q;
 
-  assign start = regs.control.start.value && core_ready_q && !draining && !regs.control.soft_reset.value;
+  // Through a register; a start is ignored while anything else goes on.
+  always_ff @(posedge clk_i) start_q <= regs.control.start.value && core_ready_q && stop_q == Run && !regs.control.soft_reset.value && !busy && rst_ni;
   rt_core #(
       .Config(Config)
   ) u_core (
       .clk_i,
       .rst_ni           (!core_reset_q),
-      .start_i          (start),
+      .start_i          (start_q),
       .image_base_i     ({regs.image_base_hi.value.value[AddrBits-33:0], regs.image_base_lo.value.value[31:6], 6'b0}),
       .image_lines_i    (regs.image_lines.value.value),
       .ray_base_i       ({regs.ray_base_hi.value.value[AddrBits-33:0], regs.ray_base_lo.value.value[31:5], 5'b0}),
@@ -170,7 +172,7 @@ module rt_top #(
       .fill_last_i      (r_last_q),
       .fill_error_i     (r_error_q),
       .hit_valid_o      (hit_valid),
-      .hit_ready_i      (hit_ready && !draining),
+      .hit_ready_i      (hit_ready && !draining_q),
       .hit_o            (hit),
       .hit_ray_o        (hit_ray),
       .hit_written_i    (hit_written),
@@ -182,7 +184,7 @@ module rt_top #(
   // --- reads ---
   logic read_gate, skid_in_ready;
   // A request that has been offered is not taken back when the drain begins.
-  assign read_gate    = !draining || read_offered_q;
+  assign read_gate    = !draining_q || read_offered_q;
   assign read_ready   = skid_in_ready && read_gate;
   assign read_pending = read_offered_q || axi_ar_valid_o;
   rt_skid #(
@@ -233,7 +235,7 @@ module rt_top #(
       .clk_i,
       .rst_ni,
       .base_i     ({regs.hit_base_hi.value.value[AddrBits-33:0], regs.hit_base_lo.value.value[31:4], 4'b0}),
-      .in_valid_i (hit_valid && !draining),
+      .in_valid_i (hit_valid && !draining_q),
       .in_ready_o (hit_ready),
       .in_hit_i   (hit),
       .in_ray_i   (hit_ray),
@@ -286,7 +288,7 @@ module rt_top #(
     regs_in.build.contexts.next           = 12'(Config.lanes * Config.contexts_per_lane);
     regs_in.build.data_bytes.next         = 6'(DataBits / 8);
     regs_in.build.mail_entries.next            = 6'(Config.mail_entries);
-    regs_in.status.busy.next               = busy || draining || !core_ready_q || regs.control.soft_reset.value || start;
+    regs_in.status.busy.next               = busy || stop_q != Run || !core_ready_q || regs.control.soft_reset.value || regs.control.start.value || start_q;
     regs_in.status.done.next               = done;
     regs_in.status.image_fault.next        = image_fault;
     regs_in.status.ray_fault.next          = ray_fault;
