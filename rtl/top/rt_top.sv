@@ -137,7 +137,7 @@ module rt_top #(
   logic [rt_core_pkg::MshrIdBits-1:0] r_mshr_q;
   logic [DataBits-1:0]               r_data_q;
 
-  // Through a register; a start is ignored while anything else goes on.
+  // Through a register, in which the run before it counts as forgotten; a start is ignored while anything else goes on.
   always_ff @(posedge clk_i) start_q <= regs.control.start.value && core_ready_q && stop_q == Run && !regs.control.soft_reset.value && !busy && rst_ni;
   rt_core #(
       .Config(Config)
@@ -289,7 +289,7 @@ module rt_top #(
     regs_in.build.data_bytes.next         = 6'(DataBits / 8);
     regs_in.build.mail_entries.next            = 6'(Config.mail_entries);
     regs_in.status.busy.next               = busy || stop_q != Run || !core_ready_q || regs.control.soft_reset.value || regs.control.start.value || start_q;
-    regs_in.status.done.next               = done;
+    regs_in.status.done.next               = done && !start_q;
     regs_in.status.image_fault.next        = image_fault;
     regs_in.status.ray_fault.next          = ray_fault;
     regs_in.status.write_fault.next        = write_fault;
@@ -331,7 +331,7 @@ module rt_top #(
     regs_in.reference_blocked.value.next   = counter[32];
     regs_in.context_clocks.value.next      = counter[33];
   end
-  assign irq_o = regs.control.irq_enable.value && done;
+  assign irq_o = regs.control.irq_enable.value && done && !start_q;
 
   rt_regs u_regs (
       .clk           (clk_i),

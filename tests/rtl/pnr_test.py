@@ -1,10 +1,11 @@
-"""scripts/bitstream: its gate bites in both directions, and a bitstream appears only when the clock is met.
+"""scripts/bitstream: its gate bites in both directions, and a bitstream appears only when the clock is met. scripts/placed_timing.py: its estimate.
 
 usage: pnr_test.py [--build FOLDER]
 """
 import argparse
 import json
 import os
+import re
 import subprocess
 import sys
 import unittest
@@ -60,6 +61,34 @@ class Gate(unittest.TestCase):
         run = bitstream("--check", path)
         self.assertEqual(run.returncode, 1)
         self.assertIn("is not a report", run.stderr)
+
+
+class PlacedTiming(unittest.TestCase):
+    """scripts/placed_timing.py: its clock is near the one that nextpnr gives after placement, and it names what is late."""
+
+    def run_on(self, path, *words):
+        return subprocess.run([sys.executable, "scripts/placed_timing.py", path, *words], capture_output=True, text=True, check=False)
+
+    def test_agrees_with_nextpnr(self):
+        picture = os.path.join(BUILD, "fifo.png")
+        run = bitstream("--top", "rt_kd_descend", "--mhz", "80", "--floorplan", picture)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertGreater(os.path.getsize(picture), 10000)
+        work = os.path.join(BUILD, "rt_kd_descend")
+        with open(os.path.join(work, "seed1.log")) as file:
+            after_placement = float(re.search(r"Max frequency for clock '\S+': ([\d.]+) MHz", file.read()).group(1))
+        found = self.run_on(os.path.join(work, "seed1.placed.json"), "--mhz", "999", "--paths", "1")
+        self.assertEqual(found.returncode, 0, found.stderr)
+        clock = float(re.match(r"([\d.]+) MHz before routing; (\d+) of \2 endpoints later", found.stdout).group(1))
+        self.assertLess(abs(clock / after_placement - 1), 0.15, "%g against %g MHz" % (clock, after_placement))
+        self.assertIn("u_ctrl", found.stdout)
+
+    def test_not_a_netlist(self):
+        for path in ("README.md", os.path.join(BUILD, "nothing.json")):
+            run = self.run_on(path)
+            self.assertEqual(run.returncode, 1)
+            self.assertEqual(len(run.stderr.strip().split("\n")), 1)
+            self.assertIn(path, run.stderr)
 
 
 class Bitstream(unittest.TestCase):

@@ -1,4 +1,4 @@
-"""scripts/synthesis.py: which registers become those of a block RAM or a multiplier, and which must not; and places of a floorplan.
+"""scripts/synthesis.py: which registers become those of a block RAM or a multiplier, and which must not; places of a floorplan; kept copies.
 
 usage: synthesis_test.py [--build FOLDER]
 """
@@ -37,11 +37,11 @@ endmodule
 """
 
 
-def synthesize(name, text, floorplan=None):
+def synthesize(name, text, floorplan=None, read="read_verilog"):
     source, netlist = os.path.join(BUILD, name + ".v"), os.path.join(BUILD, name + ".json")
     with open(source, "w") as file:
         file.write(text)
-    command = [TOOLS, os.path.join(ROOT, "scripts/synthesis.py"), "--top", "dut", "--read", "read_verilog " + source, "--output", netlist]
+    command = [TOOLS, os.path.join(ROOT, "scripts/synthesis.py"), "--top", "dut", "--read", "%s %s" % (read, source), "--output", netlist]
     run = subprocess.run(command + (["--floorplan", floorplan] if floorplan else []), capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stderr[-2000:]
     with open(netlist) as file:
@@ -117,6 +117,29 @@ first = 0
         text = RAM.replace("[35:0]", "[143:0]") % ("q <= r;", "144'd0")
         places = [cell["attributes"].get("BEL", "") for cell in of_type(synthesize("places", text.replace("36'd0", "144'd0"), plan), "DP16KD")]
         self.assertEqual(sorted(places), ["", "", "X4/Y22/EBR0", "X6/Y22/EBR1"])
+
+
+class Copies(unittest.TestCase):
+    """rt_copies: equal registers that stay apart, and what would happen to them otherwise."""
+
+    TEXT = """
+module dut(input logic clk, input logic [3:0] d, output logic [11:0] q);
+  rt_copies #(.Copies(3), .data_t(logic [3:0])) u_copies (.clk_i(clk), .data_i(d), .data_o(q));
+endmodule
+"""
+
+    def registers(self, name, change):
+        with open(os.path.join(ROOT, "rtl/lib/rt_copies.sv")) as file:
+            module = file.read()
+        self.assertIn("copy_q", module)
+        text = module.replace("copy_q", change) + self.TEXT
+        return len(of_type(synthesize(name, text, read="read_slang --top dut"), "TRELLIS_FF"))
+
+    def test_each_copy_is_kept(self):
+        self.assertEqual(self.registers("copies", "copy_q"), 12)
+
+    def test_without_their_name_they_are_one(self):
+        self.assertEqual(self.registers("copies_merged", "other_q"), 4)
 
 
 if __name__ == "__main__":
