@@ -7,7 +7,8 @@
 // Node cache  One for all lanes, with a port for each (rt_core): a context that misses is parked there; the lane goes on with others.
 // Replay      Where S5 cannot pass its context on (the stage or the queue is full), the context just becomes ready again: nothing of it
 //             has changed. So nothing in the lane ever stalls.
-// Launch      launch_* puts a context into a state and makes it ready: a new ray, or a return from its leaf. Always accepted.
+// Launch      launch_* puts a context into a state and makes it ready: a new ray, or a return from its leaf. Always accepted; results of the
+//             stages wait meanwhile, as there is one memory of states.
 // Statuses    As hls/top/trace.cpp orders them: step limit, then index, then what was read. A context's limit and index are checked before its
 //             state is written, so that nothing but the look-up stands behind reading it.
 // Counterpart step_down, step_up in hls/top/trace.cpp. Source: Lee 2007, section 3.
