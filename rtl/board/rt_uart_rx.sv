@@ -6,7 +6,7 @@
 //             half a bit in 9.5 less two clocks: 4 % at 16 clocks a bit.
 // Output      out_valid_o for one clock for each byte, out_error_o with it if its stop bit was 0 (then out_data_o means nothing). The
 //             taker cannot make it wait. After such an error (a break, too) nothing starts before the line was 1 again.
-// Latency     5 clocks after the middle of the stop bit.
+// Latency     6 clocks after the middle of the stop bit.
 // Counterpart rt_uart_tx.
 `include "rt_assert.svh"
 module rt_uart_rx #(
@@ -34,7 +34,7 @@ module rt_uart_rx #(
   } state_e;
 
   logic [3:0] line_q;  // the last two of them and the one before are voted on
-  logic level_q;
+  logic vote_q, level_q;  // a register more, as the pin may be far from the rest
   state_e state_q;
   logic [CountBits-1:0] left_q;
   logic [7:0] fraction_q;
@@ -48,7 +48,8 @@ module rt_uart_rx #(
 
   always_ff @(posedge clk_i) begin
     line_q      <= {line_q[2:0], rx_i};
-    level_q     <= (line_q[1] && line_q[2]) || (line_q[2] && line_q[3]) || (line_q[1] && line_q[3]);
+    vote_q      <= (line_q[1] && line_q[2]) || (line_q[2] && line_q[3]) || (line_q[1] && line_q[3]);
+    level_q     <= vote_q;
     out_valid_o <= 1'b0;
     out_error_o <= 1'b0;
     left_q      <= left_q - 1'b1;
@@ -80,6 +81,7 @@ module rt_uart_rx #(
     endcase
     if (!rst_ni) begin
       line_q      <= '1;
+      vote_q      <= 1'b1;
       level_q     <= 1'b1;
       state_q     <= Break;
       out_valid_o <= 1'b0;

@@ -6,7 +6,8 @@
 //               in_tag_i ---------------+--------------------> tag FIFO (written on entry, read with the result) ---------> out_tag_o
 //
 //             An input enters when a credit is left, that is, when the result FIFO has a place for it. rt_lib_pkg::pipe_credits of them
-//             cover the round trip, so the stage runs at its full rate after any stall.
+//             cover the round trip, so the stage runs at its full rate after any stall. Spare ones are for a user that refuses inputs which find
+//             no credit, and takes results now and then a clock later.
 // Interval    A datapath that works on one input for several clocks says so: the next input enters Interval clocks later at the earliest.
 //             enter_o tells it that an input enters in this clock.
 // Datapath    Registers its inputs in every clock; pipe_data_i belongs to what was at its inputs Latency clocks before.
@@ -17,6 +18,7 @@
 module rt_pipe_ctrl #(
     parameter int unsigned Latency = 1,
     parameter int unsigned Interval = 1,
+    parameter int unsigned Spare = 0,
     parameter type tag_t = logic,
     parameter type data_t = logic
 ) (
@@ -35,7 +37,7 @@ module rt_pipe_ctrl #(
   `RT_ASSERT_INIT(LatencyPositive, Latency >= 1)
   `RT_ASSERT_INIT(IntervalPositive, Interval >= 1 && Interval <= Latency)
 
-  localparam int unsigned Credits = rt_lib_pkg::pipe_credits(Latency, Interval);
+  localparam int unsigned Credits = rt_lib_pkg::pipe_credits(Latency, Interval) + Spare;
   localparam int unsigned PtrBits = $clog2(Credits);
   localparam int unsigned CountBits = $clog2(Credits + 1);
   localparam logic [PtrBits-1:0] Last = PtrBits'(Credits - 1);

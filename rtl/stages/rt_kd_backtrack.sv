@@ -40,6 +40,7 @@ module rt_kd_backtrack #(
   rt_pipe_ctrl #(
       .Latency (rt_stage_pkg::KdBacktrackDepth),
       .Interval(rt_stage_pkg::KdBacktrackInterval),
+      .Spare   (rt_stage_pkg::StepSpare),
       .tag_t   (tag_t),
       .data_t  (rt_contract_pkg::kd_backtrack_out_record_t)
   ) u_ctrl (

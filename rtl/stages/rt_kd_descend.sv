@@ -69,6 +69,7 @@ module rt_kd_descend #(
   rt_pipe_ctrl #(
       .Latency (rt_stage_pkg::KdDescendDepth),
       .Interval(rt_stage_pkg::KdDescendInterval),
+      .Spare   (rt_stage_pkg::StepSpare),
       .tag_t   (pass_t),
       .data_t  (logic)
   ) u_ctrl (

@@ -26,6 +26,9 @@ package rt_stage_pkg;
   localparam int unsigned RaySetupInterval = 3;
   localparam int unsigned RaySetupBlocks = 0;
 
+  // Places for results of steps beyond the round trip: a lane stores one of two results and a launch in a clock. Up to 16 places cost nothing.
+  localparam int unsigned StepSpare = 6;
+
   // kd_descend: t_plane, and a comparison on the way into the result FIFO: this latency is in the loop of every step.
   localparam int unsigned KdDescendDepth = TPlaneLatency;
   localparam int unsigned KdDescendLatency = rt_lib_pkg::pipe_latency(KdDescendDepth);
