@@ -31,6 +31,10 @@ OTHERS = """
 """
 
 
+def clock_of(report):
+    return "%.1f" % report["fmax_mhz"] + ("" if report["routed"] else " expected after placement, not routed")
+
+
 def run(command, what):
     step = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
     if step.returncode != 0:
@@ -73,10 +77,10 @@ def main():
     for config, lanes in CONFIGS.items():
         if config in reports:
             cells = reports[config]["cells"]
-            lines.append("| `%s` | %d | %.1f | %d | %d | %d | %d |" % (
-                config, lanes, reports[config]["fmax_mhz"], cells["luts"], cells["ffs"], cells["block_rams"], cells["multipliers"]))
+            lines.append("| `%s` | %d | %s | %d | %d | %d | %d |" % (
+                config, lanes, clock_of(reports[config]), cells["luts"], cells["ffs"], cells["block_rams"], cells["multipliers"]))
         else:
-            lines.append("| `%s` | %d | not placed yet | | | | |" % (config, lanes))
+            lines.append("| `%s` | %d | no report | | | | |" % (config, lanes))
     lines += ["", "| configuration | scene | memory | clocks a ray | million rays a second |", "| --- | --- | --- | --- | --- |"]
     for config in CONFIGS:
         for name, scene in SCENES:
@@ -85,7 +89,7 @@ def main():
             for memory, options in MEMORIES if config == "ecp5" else MEMORIES[:1]:
                 said = run([program, scene, config, "320x240", *options.split(",")], "rtl_bench %s %s" % (name, config))
                 clocks = float(re.search(r"([0-9.]+) clocks/ray", said).group(1))
-                rate = "%.2f" % (reports[config]["fmax_mhz"] / clocks) if config in reports else ""
+                rate = "%.2f" % (reports[config]["fmax_mhz"] / clocks) if config in reports and reports[config]["routed"] else ""
                 lines.append("| `%s` | %s | %s | %.2f | %s |" % (config, name, memory, clocks, rate))
                 print(lines[-1], file=sys.stderr, flush=True)
     lines += [

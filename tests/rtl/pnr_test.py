@@ -71,8 +71,9 @@ class PlacedTiming(unittest.TestCase):
 
     def test_agrees_with_nextpnr(self):
         picture = os.path.join(BUILD, "fifo.png")
-        run = bitstream("--top", "rt_kd_descend", "--mhz", "80", "--floorplan", picture)
+        run = bitstream("--top", "rt_kd_descend", "--mhz", "80", "--floorplan", picture, "--no-route")
         self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertRegex(run.stdout, r"MHz after placement \(target 80\), slack \+")
         self.assertGreater(os.path.getsize(picture), 10000)
         work = os.path.join(BUILD, "rt_kd_descend")
         with open(os.path.join(work, "seed1.log")) as file:
@@ -110,6 +111,11 @@ class Bitstream(unittest.TestCase):
         self.assertEqual(run.returncode, 1)
         self.assertRegex(run.stderr, r"slack is -\d.*no bitstream is written")
         self.assertFalse(os.path.exists(self.bit))
+
+    def test_no_bitstream_without_routing(self):
+        run = bitstream("--top", "rt_fifo", "--bit", self.bit, "--no-route")
+        self.assertEqual(run.returncode, 2)
+        self.assertIn("--no-route", run.stderr)
 
     def test_unknown_module(self):
         run = bitstream("--top", "rt_nothing")
