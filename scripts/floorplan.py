@@ -7,7 +7,6 @@ multipliers are outlined. The legend counts the packed cells of each module.
 """
 import argparse
 import collections
-import json
 import os
 import re
 
@@ -16,6 +15,8 @@ matplotlib.use("Agg")
 import matplotlib.patches
 import matplotlib.pyplot
 import numpy
+
+import placed_netlist
 
 CELLS_IN_TILE = 16  # eight LUTs and eight registers
 OTHERS = "others"
@@ -33,14 +34,11 @@ def group_of(cell):
 
 def read_cells(path):
     """[(group, type, x, y)] of every cell that has a place."""
-    with open(path) as file:
-        modules = json.load(file)["modules"]
-    top = next(module for module in modules.values() if "top" in module["attributes"])
     found = []
-    for name, cell in top["cells"].items():
-        place = re.match(r"X(\d+)/Y(\d+)/", cell["attributes"].get("NEXTPNR_BEL", ""))
+    for name, cell in placed_netlist.top_cells(path).items():
+        place = placed_netlist.place_of(cell)
         if place and cell["type"] in ("TRELLIS_COMB", "TRELLIS_FF", "DP16KD", "MULT18X18D"):
-            found.append((group_of(name), cell["type"], int(place.group(1)), int(place.group(2))))
+            found.append((group_of(name), cell["type"], *place[:2]))
     return found
 
 

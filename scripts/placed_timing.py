@@ -17,9 +17,10 @@ compared on (rt_ulx3s), so it is good for what is late and not for how late; rou
 """
 import argparse
 import collections
-import json
 import re
 import sys
+
+import placed_netlist
 
 FF_OUT, RAM_OUT, RAM_REGISTER_OUT, PRODUCT, PRODUCT_OUT, PRODUCT_REGISTER_OUT = 525, 5830, 970, 3930, 3860, 740
 LUT, LUT_TO_WIDE, WIDE_SELECT, WIDE_INPUT = 236, 403, 258, 239
@@ -84,15 +85,9 @@ class Timing:
     """Arrivals of a placed netlist. A pin is (cell's name, port)."""
 
     def __init__(self, path):
-        with open(path) as file:
-            modules = json.load(file)["modules"]
-        self.cells = next(module for module in modules.values() if "top" in module["attributes"])["cells"]
-        self.places, self.lanes = {}, {}  # column and row; LUT and register of a tile, 0 to 7
-        for name, cell in self.cells.items():
-            place = re.match(r"X(\d+)/Y(\d+)/(?:SLICE([A-D])\.\D*(\d))?", cell["attributes"].get("NEXTPNR_BEL", ""))
-            self.places[name] = (int(place.group(1)), int(place.group(2))) if place else None
-            self.lanes[name] = 2 * "ABCD".index(place.group(3)) + int(place.group(4)) if place and place.group(3) else None
-        self.driver, self.net, readers = {}, {}, collections.defaultdict(list)
+        self.cells = placed_netlist.top_cells(path)
+        self.places = {name: placed_netlist.place_of(cell) for name, cell in self.cells.items()}
+        self.net, readers = {}, collections.defaultdict(list)
         for name, cell in self.cells.items():
             for port in wired(cell):
                 bit = cell["connections"][port][0]
@@ -139,10 +134,10 @@ class Timing:
         here, there = self.places[source[0]], self.places[pin[0]]
         if here is None or there is None:
             return NO_PLACE
-        if here == there and pin[1] in ("A", "B", "C", "D"):
-            if (source[1] == "Q" and self.lanes[source[0]] == self.lanes[pin[0]]) or (source[1] == "F" and self.lanes[source[0]] not in (1, 6)):
+        if here[:2] == there[:2] and pin[1] in ("A", "B", "C", "D"):
+            if (source[1] == "Q" and here[2] == there[2]) or (source[1] == "F" and here[2] not in (1, 6)):
                 return 0
-        steps = [abs(a - b) for a, b in zip(here, there)]
+        steps = [abs(a - b) for a, b in zip(here[:2], there[:2])]
         return WIRE_STEP * (WIRE_START + sum(max(step - NEAR, 0) + 2 * min(step, NEAR) for step in steps))
 
     def path_to(self, pin):
@@ -184,7 +179,7 @@ def describe(timing, mhz, classes, paths, find):
     for pin in sorted(endpoints, key=lambda pin: -endpoints[pin])[:paths]:
         print("path of %.2f ns:" % (endpoints[pin] / 1000))
         for hop in timing.path_to(pin):
-            print("  %6.2f  %-10s %s.%s (%s)" % (timing.arrival[hop] / 1000, "%d,%d" % timing.places[hop[0]] if timing.places[hop[0]] else "?", hop[0], hop[1],
+            print("  %6.2f  %-10s %s.%s (%s)" % (timing.arrival[hop] / 1000, "%d,%d" % timing.places[hop[0]][:2] if timing.places[hop[0]] else "?", hop[0], hop[1],
                                                 timing.cells[hop[0]]["type"]))
 
 
@@ -198,7 +193,7 @@ def main():
     arguments = parser.parse_args()
     try:
         timing = Timing(arguments.placed)
-    except (OSError, ValueError, KeyError, StopIteration) as error:
+    except (OSError, ValueError, KeyError) as error:
         sys.exit("placed_timing: %s is no netlist of nextpnr: %s" % (arguments.placed, error or type(error).__name__))
     if arguments.mhz <= 0:
         sys.exit("placed_timing: --mhz %g is not positive" % arguments.mhz)
