@@ -20,7 +20,7 @@ extern "C" {
 #define RT_REGS__VERSION__CORE_bm 0xff
 #define RT_REGS__VERSION__CORE_bp 0
 #define RT_REGS__VERSION__CORE_bw 8
-#define RT_REGS__VERSION__CORE_reset 0x1
+#define RT_REGS__VERSION__CORE_reset 0x2
 #define RT_REGS__VERSION__IMAGE_bm 0xff00
 #define RT_REGS__VERSION__IMAGE_bp 8
 #define RT_REGS__VERSION__IMAGE_bw 8
@@ -155,10 +155,48 @@ extern "C" {
 #define RT_REGS__STEP_LIMIT__VALUE_bw 32
 #define RT_REGS__STEP_LIMIT__VALUE_reset 0x0
 
-// reg - rt_regs::counter
-#define RT_REGS__COUNTER__VALUE_bm 0xffffffff
-#define RT_REGS__COUNTER__VALUE_bp 0
-#define RT_REGS__COUNTER__VALUE_bw 32
+// reg - rt_regs::counters::counter
+#define RT_REGS__COUNTERS__COUNTER__VALUE_bm 0xffffffff
+#define RT_REGS__COUNTERS__COUNTER__VALUE_bp 0
+#define RT_REGS__COUNTERS__COUNTER__VALUE_bw 32
+
+// regfile - rt_regs::counters
+typedef struct __attribute__ ((__packed__)) {
+    uint32_t clocks;
+    uint32_t rays;
+    uint32_t faults;
+    uint32_t down;
+    uint32_t up;
+    uint32_t leaf;
+    uint32_t tests;
+    uint32_t skipped;
+    uint32_t node_hits;
+    uint32_t node_misses;
+    uint32_t leaf_hits;
+    uint32_t leaf_misses;
+    uint32_t list_hits;
+    uint32_t list_misses;
+    uint32_t triangle_hits;
+    uint32_t triangle_misses;
+    uint32_t read_beats;
+    uint32_t write_beats;
+    uint32_t lane_busy;
+    uint32_t lane_starved;
+    uint32_t lane_blocked;
+    uint32_t leaf_busy;
+    uint32_t leaf_starved;
+    uint32_t leaf_blocked;
+    uint32_t test_busy;
+    uint32_t test_starved;
+    uint32_t test_blocked;
+    uint32_t bus_busy;
+    uint32_t bus_starved;
+    uint32_t bus_blocked;
+    uint32_t reference_busy;
+    uint32_t reference_starved;
+    uint32_t reference_blocked;
+    uint32_t context_clocks;
+} rt_regs__counters_t;
 
 // addrmap - rt_regs
 typedef struct __attribute__ ((__packed__)) {
@@ -182,50 +220,11 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t hit_base_hi;
     uint32_t step_limit;
     uint8_t RESERVED_4c_ff[0xb4];
-    uint32_t clocks;
-    uint32_t rays;
-    uint32_t faults;
-    uint32_t down;
-    uint32_t up;
-    uint32_t leaf;
-    uint32_t tests;
-    uint32_t skipped;
-    uint32_t node_hits;
-    uint32_t node_misses;
-    uint32_t leaf_hits;
-    uint32_t leaf_misses;
-    uint32_t list_hits;
-    uint32_t list_misses;
-    uint32_t triangle_hits;
-    uint32_t triangle_misses;
-    uint32_t read_beats;
-    uint32_t write_beats;
-    uint8_t RESERVED_148_14f[0x8];
-    uint32_t lane_busy;
-    uint32_t lane_starved;
-    uint32_t lane_blocked;
-    uint8_t RESERVED_15c_15f[0x4];
-    uint32_t leaf_busy;
-    uint32_t leaf_starved;
-    uint32_t leaf_blocked;
-    uint8_t RESERVED_16c_16f[0x4];
-    uint32_t test_busy;
-    uint32_t test_starved;
-    uint32_t test_blocked;
-    uint8_t RESERVED_17c_17f[0x4];
-    uint32_t bus_busy;
-    uint32_t bus_starved;
-    uint32_t bus_blocked;
-    uint8_t RESERVED_18c_18f[0x4];
-    uint32_t reference_busy;
-    uint32_t reference_starved;
-    uint32_t reference_blocked;
-    uint8_t RESERVED_19c_19f[0x4];
-    uint32_t context_clocks;
+    rt_regs__counters_t counters;
 } rt_regs_t;
 
 
-static_assert(sizeof(rt_regs_t) == 0x1a4, "Packing error");
+static_assert(sizeof(rt_regs_t) == 0x188, "Packing error");
 
 #ifdef __cplusplus
 }

@@ -228,6 +228,7 @@ module rt_regs (
     end
 
     logic cpuif_req_masked;
+    logic external_pending;
 
     // Read latency > write latency. May need to delay next write that follows a read
     logic [0:0] cpuif_req_stall_sr;
@@ -240,8 +241,8 @@ module rt_regs (
             cpuif_req_stall_sr <= (cpuif_req_stall_sr >> 'd1);
         end
     end
-    assign cpuif_req_stall_rd = '0;
-    assign cpuif_req_stall_wr = cpuif_req_stall_sr[0];
+    assign cpuif_req_stall_rd = external_pending;
+    assign cpuif_req_stall_wr = cpuif_req_stall_sr[0] | external_pending;
     assign cpuif_req_masked = cpuif_req
                             & !(!cpuif_req_is_wr & cpuif_req_stall_rd)
                             & !(cpuif_req_is_wr & cpuif_req_stall_wr);
@@ -267,43 +268,12 @@ module rt_regs (
         logic hit_base_lo;
         logic hit_base_hi;
         logic step_limit;
-        logic clocks;
-        logic rays;
-        logic faults;
-        logic down;
-        logic up;
-        logic leaf;
-        logic tests;
-        logic skipped;
-        logic node_hits;
-        logic node_misses;
-        logic leaf_hits;
-        logic leaf_misses;
-        logic list_hits;
-        logic list_misses;
-        logic triangle_hits;
-        logic triangle_misses;
-        logic read_beats;
-        logic write_beats;
-        logic lane_busy;
-        logic lane_starved;
-        logic lane_blocked;
-        logic leaf_busy;
-        logic leaf_starved;
-        logic leaf_blocked;
-        logic test_busy;
-        logic test_starved;
-        logic test_blocked;
-        logic bus_busy;
-        logic bus_starved;
-        logic bus_blocked;
-        logic reference_busy;
-        logic reference_starved;
-        logic reference_blocked;
-        logic context_clocks;
+        logic counters;
     } decoded_reg_strb_t;
     decoded_reg_strb_t decoded_reg_strb;
     logic decoded_err;
+    logic decoded_req_is_external;
+
     logic [8:0] decoded_addr;
     logic decoded_req;
     logic decoded_req_is_wr;
@@ -313,6 +283,8 @@ module rt_regs (
     always_comb begin
         automatic logic is_valid_addr;
         automatic logic is_valid_rw;
+        automatic logic is_external;
+        is_external = '0;
         is_valid_addr = '1; // No valid address check
         is_valid_rw = '1; // No valid RW check
         decoded_reg_strb.id = cpuif_req_masked & (cpuif_addr == 9'h0) & !cpuif_req_is_wr;
@@ -332,41 +304,27 @@ module rt_regs (
         decoded_reg_strb.hit_base_lo = cpuif_req_masked & (cpuif_addr == 9'h40);
         decoded_reg_strb.hit_base_hi = cpuif_req_masked & (cpuif_addr == 9'h44);
         decoded_reg_strb.step_limit = cpuif_req_masked & (cpuif_addr == 9'h48);
-        decoded_reg_strb.clocks = cpuif_req_masked & (cpuif_addr == 9'h100) & !cpuif_req_is_wr;
-        decoded_reg_strb.rays = cpuif_req_masked & (cpuif_addr == 9'h104) & !cpuif_req_is_wr;
-        decoded_reg_strb.faults = cpuif_req_masked & (cpuif_addr == 9'h108) & !cpuif_req_is_wr;
-        decoded_reg_strb.down = cpuif_req_masked & (cpuif_addr == 9'h10c) & !cpuif_req_is_wr;
-        decoded_reg_strb.up = cpuif_req_masked & (cpuif_addr == 9'h110) & !cpuif_req_is_wr;
-        decoded_reg_strb.leaf = cpuif_req_masked & (cpuif_addr == 9'h114) & !cpuif_req_is_wr;
-        decoded_reg_strb.tests = cpuif_req_masked & (cpuif_addr == 9'h118) & !cpuif_req_is_wr;
-        decoded_reg_strb.skipped = cpuif_req_masked & (cpuif_addr == 9'h11c) & !cpuif_req_is_wr;
-        decoded_reg_strb.node_hits = cpuif_req_masked & (cpuif_addr == 9'h120) & !cpuif_req_is_wr;
-        decoded_reg_strb.node_misses = cpuif_req_masked & (cpuif_addr == 9'h124) & !cpuif_req_is_wr;
-        decoded_reg_strb.leaf_hits = cpuif_req_masked & (cpuif_addr == 9'h128) & !cpuif_req_is_wr;
-        decoded_reg_strb.leaf_misses = cpuif_req_masked & (cpuif_addr == 9'h12c) & !cpuif_req_is_wr;
-        decoded_reg_strb.list_hits = cpuif_req_masked & (cpuif_addr == 9'h130) & !cpuif_req_is_wr;
-        decoded_reg_strb.list_misses = cpuif_req_masked & (cpuif_addr == 9'h134) & !cpuif_req_is_wr;
-        decoded_reg_strb.triangle_hits = cpuif_req_masked & (cpuif_addr == 9'h138) & !cpuif_req_is_wr;
-        decoded_reg_strb.triangle_misses = cpuif_req_masked & (cpuif_addr == 9'h13c) & !cpuif_req_is_wr;
-        decoded_reg_strb.read_beats = cpuif_req_masked & (cpuif_addr == 9'h140) & !cpuif_req_is_wr;
-        decoded_reg_strb.write_beats = cpuif_req_masked & (cpuif_addr == 9'h144) & !cpuif_req_is_wr;
-        decoded_reg_strb.lane_busy = cpuif_req_masked & (cpuif_addr == 9'h150) & !cpuif_req_is_wr;
-        decoded_reg_strb.lane_starved = cpuif_req_masked & (cpuif_addr == 9'h154) & !cpuif_req_is_wr;
-        decoded_reg_strb.lane_blocked = cpuif_req_masked & (cpuif_addr == 9'h158) & !cpuif_req_is_wr;
-        decoded_reg_strb.leaf_busy = cpuif_req_masked & (cpuif_addr == 9'h160) & !cpuif_req_is_wr;
-        decoded_reg_strb.leaf_starved = cpuif_req_masked & (cpuif_addr == 9'h164) & !cpuif_req_is_wr;
-        decoded_reg_strb.leaf_blocked = cpuif_req_masked & (cpuif_addr == 9'h168) & !cpuif_req_is_wr;
-        decoded_reg_strb.test_busy = cpuif_req_masked & (cpuif_addr == 9'h170) & !cpuif_req_is_wr;
-        decoded_reg_strb.test_starved = cpuif_req_masked & (cpuif_addr == 9'h174) & !cpuif_req_is_wr;
-        decoded_reg_strb.test_blocked = cpuif_req_masked & (cpuif_addr == 9'h178) & !cpuif_req_is_wr;
-        decoded_reg_strb.bus_busy = cpuif_req_masked & (cpuif_addr == 9'h180) & !cpuif_req_is_wr;
-        decoded_reg_strb.bus_starved = cpuif_req_masked & (cpuif_addr == 9'h184) & !cpuif_req_is_wr;
-        decoded_reg_strb.bus_blocked = cpuif_req_masked & (cpuif_addr == 9'h188) & !cpuif_req_is_wr;
-        decoded_reg_strb.reference_busy = cpuif_req_masked & (cpuif_addr == 9'h190) & !cpuif_req_is_wr;
-        decoded_reg_strb.reference_starved = cpuif_req_masked & (cpuif_addr == 9'h194) & !cpuif_req_is_wr;
-        decoded_reg_strb.reference_blocked = cpuif_req_masked & (cpuif_addr == 9'h198) & !cpuif_req_is_wr;
-        decoded_reg_strb.context_clocks = cpuif_req_masked & (cpuif_addr == 9'h1a0) & !cpuif_req_is_wr;
+        decoded_reg_strb.counters = cpuif_req_masked & (cpuif_addr >= 9'h100) & (cpuif_addr <= 9'h100 + 9'h87);
+        is_external |= cpuif_req_masked & (cpuif_addr >= 9'h100) & (cpuif_addr <= 9'h100 + 9'h87);
+        is_valid_rw |= cpuif_req_masked & (cpuif_addr >= 9'h100) & (cpuif_addr <= 9'h100 + 9'h87);
         decoded_err = '0;
+        decoded_req_is_external = is_external;
+    end
+    logic external_wr_ack;
+    logic external_rd_ack;
+    always_ff @(posedge clk) begin
+        if(rst) begin
+            external_pending <= '0;
+        end else begin
+            if(decoded_req_is_external & ~external_wr_ack & ~external_rd_ack) external_pending <= '1;
+            else if(external_wr_ack | external_rd_ack) external_pending <= '0;
+            `ifndef SYNTHESIS
+                assert_bad_ext_wr_ack: assert(!external_wr_ack || (external_pending | decoded_req_is_external))
+                    else $error("An external wr_ack strobe was asserted when no external request was active");
+                assert_bad_ext_rd_ack: assert(!external_rd_ack || (external_pending | decoded_req_is_external))
+                    else $error("An external rd_ack strobe was asserted when no external request was active");
+            `endif
+        end
     end
 
     // Pass down signals to next stage
@@ -917,20 +875,57 @@ module rt_regs (
         end
     end
     assign hwif_out.step_limit.value.value = field_storage.step_limit.value.value;
+    // External region: rt_regs.counters
+    assign hwif_out.counters.req = decoded_reg_strb.counters;
+    assign hwif_out.counters.addr = decoded_addr[7:0];
+    assign hwif_out.counters.req_is_wr = decoded_req_is_wr;
+    assign hwif_out.counters.wr_data = decoded_wr_data;
+    assign hwif_out.counters.wr_biten = decoded_wr_biten;
 
     //--------------------------------------------------------------------------
     // Write response
     //--------------------------------------------------------------------------
-    assign cpuif_wr_ack = decoded_req & decoded_req_is_wr;
+    always_comb begin
+        automatic logic wr_ack;
+        wr_ack = '0;
+        wr_ack |= hwif_in.counters.wr_ack;
+        external_wr_ack = wr_ack;
+    end
+    assign cpuif_wr_ack = external_wr_ack | (decoded_req & decoded_req_is_wr & ~decoded_req_is_external);
     // Writes are always granted with no error response
     assign cpuif_wr_err = '0;
 
     //--------------------------------------------------------------------------
     // Readback
     //--------------------------------------------------------------------------
+    logic readback_external_rd_ack_c;
+    always_comb begin
+        automatic logic rd_ack;
+        rd_ack = '0;
+        rd_ack |= hwif_in.counters.rd_ack;
+        readback_external_rd_ack_c = rd_ack;
+    end
+
+    logic readback_external_rd_ack;
+    always_ff @(posedge clk) begin
+        if(rst) begin
+            readback_external_rd_ack <= '0;
+        end else begin
+            readback_external_rd_ack <= readback_external_rd_ack_c;
+        end
+    end
 
     logic [8:0] rd_mux_addr;
-    assign rd_mux_addr = decoded_addr;
+    logic [8:0] pending_rd_addr;
+    // Hold read mux address to guarantee it is stable throughout any external accesses
+    always_ff @(posedge clk) begin
+        if(rst) begin
+            pending_rd_addr <= '0;
+        end else begin
+            if(decoded_req) pending_rd_addr <= decoded_addr;
+        end
+    end
+    assign rd_mux_addr = decoded_req ? decoded_addr : pending_rd_addr;
 
     logic readback_err;
     logic readback_done;
@@ -951,7 +946,7 @@ module rt_regs (
             readback_data_var[ad_hi(9'h0)][31:0] = 32'h52545243;
         end
         if(ad_low(rd_mux_addr) == ad_low(9'h4)) begin
-            readback_data_var[ad_hi(9'h4)][7:0] = 8'h1;
+            readback_data_var[ad_hi(9'h4)][7:0] = 8'h2;
             readback_data_var[ad_hi(9'h4)][15:8] = hwif_in.version.image.next;
         end
         if(ad_low(rd_mux_addr) == ad_low(9'h8)) begin
@@ -1012,108 +1007,6 @@ module rt_regs (
         if(ad_low(rd_mux_addr) == ad_low(9'h48)) begin
             readback_data_var[ad_hi(9'h48)][31:0] = field_storage.step_limit.value.value;
         end
-        if(ad_low(rd_mux_addr) == ad_low(9'h100)) begin
-            readback_data_var[ad_hi(9'h100)][31:0] = hwif_in.clocks.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h104)) begin
-            readback_data_var[ad_hi(9'h104)][31:0] = hwif_in.rays.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h108)) begin
-            readback_data_var[ad_hi(9'h108)][31:0] = hwif_in.faults.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h10c)) begin
-            readback_data_var[ad_hi(9'h10c)][31:0] = hwif_in.down.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h110)) begin
-            readback_data_var[ad_hi(9'h110)][31:0] = hwif_in.up.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h114)) begin
-            readback_data_var[ad_hi(9'h114)][31:0] = hwif_in.leaf.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h118)) begin
-            readback_data_var[ad_hi(9'h118)][31:0] = hwif_in.tests.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h11c)) begin
-            readback_data_var[ad_hi(9'h11c)][31:0] = hwif_in.skipped.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h120)) begin
-            readback_data_var[ad_hi(9'h120)][31:0] = hwif_in.node_hits.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h124)) begin
-            readback_data_var[ad_hi(9'h124)][31:0] = hwif_in.node_misses.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h128)) begin
-            readback_data_var[ad_hi(9'h128)][31:0] = hwif_in.leaf_hits.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h12c)) begin
-            readback_data_var[ad_hi(9'h12c)][31:0] = hwif_in.leaf_misses.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h130)) begin
-            readback_data_var[ad_hi(9'h130)][31:0] = hwif_in.list_hits.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h134)) begin
-            readback_data_var[ad_hi(9'h134)][31:0] = hwif_in.list_misses.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h138)) begin
-            readback_data_var[ad_hi(9'h138)][31:0] = hwif_in.triangle_hits.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h13c)) begin
-            readback_data_var[ad_hi(9'h13c)][31:0] = hwif_in.triangle_misses.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h140)) begin
-            readback_data_var[ad_hi(9'h140)][31:0] = hwif_in.read_beats.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h144)) begin
-            readback_data_var[ad_hi(9'h144)][31:0] = hwif_in.write_beats.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h150)) begin
-            readback_data_var[ad_hi(9'h150)][31:0] = hwif_in.lane_busy.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h154)) begin
-            readback_data_var[ad_hi(9'h154)][31:0] = hwif_in.lane_starved.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h158)) begin
-            readback_data_var[ad_hi(9'h158)][31:0] = hwif_in.lane_blocked.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h160)) begin
-            readback_data_var[ad_hi(9'h160)][31:0] = hwif_in.leaf_busy.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h164)) begin
-            readback_data_var[ad_hi(9'h164)][31:0] = hwif_in.leaf_starved.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h168)) begin
-            readback_data_var[ad_hi(9'h168)][31:0] = hwif_in.leaf_blocked.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h170)) begin
-            readback_data_var[ad_hi(9'h170)][31:0] = hwif_in.test_busy.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h174)) begin
-            readback_data_var[ad_hi(9'h174)][31:0] = hwif_in.test_starved.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h178)) begin
-            readback_data_var[ad_hi(9'h178)][31:0] = hwif_in.test_blocked.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h180)) begin
-            readback_data_var[ad_hi(9'h180)][31:0] = hwif_in.bus_busy.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h184)) begin
-            readback_data_var[ad_hi(9'h184)][31:0] = hwif_in.bus_starved.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h188)) begin
-            readback_data_var[ad_hi(9'h188)][31:0] = hwif_in.bus_blocked.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h190)) begin
-            readback_data_var[ad_hi(9'h190)][31:0] = hwif_in.reference_busy.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h194)) begin
-            readback_data_var[ad_hi(9'h194)][31:0] = hwif_in.reference_starved.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h198)) begin
-            readback_data_var[ad_hi(9'h198)][31:0] = hwif_in.reference_blocked.value.next;
-        end
-        if(ad_low(rd_mux_addr) == ad_low(9'h1a0)) begin
-            readback_data_var[ad_hi(9'h1a0)][31:0] = hwif_in.context_clocks.value.next;
-        end
         readback_data_rt_c = readback_data_var;
     end
 
@@ -1130,21 +1023,53 @@ module rt_regs (
         end else begin
             readback_data_rt <= readback_data_rt_c;
             readback_err_rt <= decoded_err;
-            readback_done_rt <= decoded_req & ~decoded_req_is_wr;
+            readback_done_rt <= decoded_req & ~decoded_req_is_wr & ~decoded_req_is_external;
             readback_addr_rt <= rd_mux_addr;
         end
     end
 
 
+    logic [31:0] readback_ext_block_data_rt_c;
+    logic readback_is_ext_block_c;
+    always_comb begin
+        automatic logic [31:0] readback_data_var;
+        automatic logic is_external_block_var;
+        readback_data_var = '0;
+        is_external_block_var = '0;
+        if((rd_mux_addr >= 9'h100) && (rd_mux_addr <= 9'h100 + 9'h87)) begin
+            readback_data_var = hwif_in.counters.rd_data;
+            is_external_block_var = 1'b1;
+        end
+        readback_ext_block_data_rt_c = readback_data_var;
+        readback_is_ext_block_c = is_external_block_var;
+    end
+
+    logic [31:0] readback_ext_block_data_rt;
+    logic readback_is_ext_block;
+    always_ff @(posedge clk) begin
+        if(rst) begin
+            readback_ext_block_data_rt <= '0;
+            readback_is_ext_block <= '0;
+        end else begin
+            readback_ext_block_data_rt <= readback_ext_block_data_rt_c;
+            readback_is_ext_block <= readback_is_ext_block_c;
+        end
+    end
+
 
     // readback stage 2
     always_comb begin
-        readback_data = readback_data_rt[readback_addr_rt[8:5]];
+        if(readback_is_ext_block) begin
+            readback_data = readback_ext_block_data_rt;
+        end else begin
+            readback_data = readback_data_rt[readback_addr_rt[8:5]];
+        end
         readback_done = readback_done_rt;
         readback_err = '0;
     end
 
-    assign cpuif_rd_ack = readback_done;
+    assign external_rd_ack = readback_external_rd_ack;
+    assign cpuif_rd_ack = readback_done | readback_external_rd_ack;
     assign cpuif_rd_data = readback_data;
     assign cpuif_rd_err = readback_err;
 endmodule

@@ -5,7 +5,7 @@ package rt_regs_pkg;
 
     localparam RT_REGS_DATA_WIDTH = 32;
     localparam RT_REGS_MIN_ADDR_WIDTH = 9;
-    localparam RT_REGS_SIZE = 'h1a4;
+    localparam RT_REGS_SIZE = 'h188;
 
     typedef struct {
         logic [7:0] next;
@@ -88,12 +88,10 @@ package rt_regs_pkg;
     } rt_regs__write_fault_ray__in_t;
 
     typedef struct {
-        logic [31:0] next;
-    } rt_regs__counter__value__in_t;
-
-    typedef struct {
-        rt_regs__counter__value__in_t value;
-    } rt_regs__counter__in_t;
+        logic rd_ack;
+        logic [31:0] rd_data;
+        logic wr_ack;
+    } rt_regs__counters__external__in_t;
 
     typedef struct {
         rt_regs__version__in_t version;
@@ -101,40 +99,7 @@ package rt_regs_pkg;
         rt_regs__status__in_t status;
         rt_regs__fault_ray__in_t fault_ray;
         rt_regs__write_fault_ray__in_t write_fault_ray;
-        rt_regs__counter__in_t clocks;
-        rt_regs__counter__in_t rays;
-        rt_regs__counter__in_t faults;
-        rt_regs__counter__in_t down;
-        rt_regs__counter__in_t up;
-        rt_regs__counter__in_t leaf;
-        rt_regs__counter__in_t tests;
-        rt_regs__counter__in_t skipped;
-        rt_regs__counter__in_t node_hits;
-        rt_regs__counter__in_t node_misses;
-        rt_regs__counter__in_t leaf_hits;
-        rt_regs__counter__in_t leaf_misses;
-        rt_regs__counter__in_t list_hits;
-        rt_regs__counter__in_t list_misses;
-        rt_regs__counter__in_t triangle_hits;
-        rt_regs__counter__in_t triangle_misses;
-        rt_regs__counter__in_t read_beats;
-        rt_regs__counter__in_t write_beats;
-        rt_regs__counter__in_t lane_busy;
-        rt_regs__counter__in_t lane_starved;
-        rt_regs__counter__in_t lane_blocked;
-        rt_regs__counter__in_t leaf_busy;
-        rt_regs__counter__in_t leaf_starved;
-        rt_regs__counter__in_t leaf_blocked;
-        rt_regs__counter__in_t test_busy;
-        rt_regs__counter__in_t test_starved;
-        rt_regs__counter__in_t test_blocked;
-        rt_regs__counter__in_t bus_busy;
-        rt_regs__counter__in_t bus_starved;
-        rt_regs__counter__in_t bus_blocked;
-        rt_regs__counter__in_t reference_busy;
-        rt_regs__counter__in_t reference_starved;
-        rt_regs__counter__in_t reference_blocked;
-        rt_regs__counter__in_t context_clocks;
+        rt_regs__counters__external__in_t counters;
     } rt_regs__in_t;
 
     typedef struct {
@@ -251,6 +216,14 @@ package rt_regs_pkg;
     } rt_regs__step_limit__out_t;
 
     typedef struct {
+        logic req;
+        logic [7:0] addr;
+        logic req_is_wr;
+        logic [31:0] wr_data;
+        logic [31:0] wr_biten;
+    } rt_regs__counters__external__out_t;
+
+    typedef struct {
         rt_regs__control__out_t control;
         rt_regs__image_base_lo__out_t image_base_lo;
         rt_regs__image_base_hi__out_t image_base_hi;
@@ -262,5 +235,6 @@ package rt_regs_pkg;
         rt_regs__hit_base_lo__out_t hit_base_lo;
         rt_regs__hit_base_hi__out_t hit_base_hi;
         rt_regs__step_limit__out_t step_limit;
+        rt_regs__counters__external__out_t counters;
     } rt_regs__out_t;
 endpackage

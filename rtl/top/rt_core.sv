@@ -12,9 +12,7 @@
 `include "rt_assert.svh"
 module rt_core #(
     parameter rt_core_pkg::config_t Config = rt_core_pkg::ConfigEcp5,
-    localparam int unsigned DataBits = Config.data_bits,
-    localparam int unsigned CounterCount = 34,
-    localparam int unsigned CounterStepBits = 9
+    localparam int unsigned DataBits = Config.data_bits
 ) (
     input  logic                               clk_i,
     input  logic                               rst_ni,
@@ -56,7 +54,7 @@ module rt_core #(
     input  logic                               hit_written_i,
     input  logic                               write_fault_i,
     input  logic [31:0]                        write_fault_ray_i,
-    output logic [CounterStepBits-1:0]         counter_step_o[CounterCount]
+    output rt_core_pkg::counter_step_t         counter_step_o[rt_core_pkg::CounterCount]
 );
   localparam int unsigned Lanes = Config.lanes;
   localparam int unsigned Contexts = Lanes * Config.contexts_per_lane;
@@ -235,8 +233,8 @@ module rt_core #(
   logic                    ray_valid, ray_ready, ray_go, free_valid;
   context_t                ray_context, free_context;
   rt_core_pkg::launch_t    ray_launch;
-  rt_core_pkg::walk_ray_t  walk_ray;
-  rt_core_pkg::test_ray_t  test_ray;
+  logic                    axis_valid;
+  rt_core_pkg::ray_axis_t  axis;
   rt_core_pkg::ray_info_t  ray_info;
   logic [ContextBits:0]    contexts_used;
 
@@ -256,12 +254,12 @@ module rt_core #(
       .fill_valid_i    (near_fill_q.valid[rt_core_pkg::SourceRay]),
       .fill_data_i     (near_fill_q.data),
       .fill_error_i    (near_fill_q.error),
+      .axis_valid_o    (axis_valid),
+      .axis_o          (axis),
       .launch_valid_o  (ray_valid),
       .launch_ready_i  (ray_ready),
       .launch_context_o(ray_context),
       .launch_o        (ray_launch),
-      .walk_ray_o      (walk_ray),
-      .test_ray_o      (test_ray),
       .info_o          (ray_info),
       .free_valid_i    (free_valid),
       .free_context_i  (free_context),
@@ -273,9 +271,10 @@ module rt_core #(
   context_t               return_context, return_context_q, launch_context, launch_context_q;
   logic [Lanes-1:0]       launch_valid_q;
   rt_core_pkg::launch_t   return_launch, return_launch_q, launch_q;
-  rt_core_pkg::walk_ray_t walk_ray_q;
-  rt_core_pkg::test_ray_t test_ray_q;
   rt_core_pkg::ray_info_t ray_info_q;
+  logic                   axis_valid_q;
+  context_t               axis_context_q;
+  rt_core_pkg::ray_axis_t axis_q;
   always_ff @(posedge clk_i) begin
     return_valid_q   <= return_valid && wires_rst_n;
     return_context_q <= return_context;
@@ -291,20 +290,21 @@ module rt_core #(
     launch_ray_q     <= ray_go && wires_rst_n;
     launch_context_q <= launch_context;
     launch_q         <= return_valid_q ? return_launch_q : ray_launch;
-    walk_ray_q       <= walk_ray;
-    test_ray_q       <= test_ray;
     ray_info_q       <= ray_info;
+    axis_valid_q     <= axis_valid && wires_rst_n;
+    axis_context_q   <= ray_context;
+    axis_q           <= axis;
   end
   // A second one for leaves and references, and in every lane.
-  logic                   stored_ray_q;
+  logic                   stored_ray_q, stored_any_q, stored_axis_valid_q;
   context_t               stored_context_q;
-  rt_core_pkg::walk_ray_t stored_walk_q;
-  rt_core_pkg::test_ray_t stored_test_q;
+  rt_core_pkg::ray_axis_t stored_axis_q;
   always_ff @(posedge clk_i) begin
-    stored_ray_q     <= launch_ray_q && wires_rst_n;
-    stored_context_q <= launch_context_q;
-    stored_walk_q    <= walk_ray_q;
-    stored_test_q    <= test_ray_q;
+    stored_ray_q        <= launch_ray_q && wires_rst_n;
+    stored_any_q        <= ray_info_q.any;
+    stored_axis_valid_q <= axis_valid_q && wires_rst_n;
+    stored_context_q    <= axis_context_q;
+    stored_axis_q       <= axis_q;
   end
 
   // --- lanes ---
@@ -343,10 +343,10 @@ module rt_core #(
       .data_o(lane_limits)
   );
   for (genvar l = 0; l < int'(Lanes); l++) begin : gen_lane
-    logic                               lane_valid_q, lane_ray_q;  // a launch, of a new ray
-    logic [LaneContextBits-1:0]         lane_context_q, out_context;
+    logic                               lane_valid_q, lane_axis_valid_q;
+    logic [LaneContextBits-1:0]         lane_context_q, lane_axis_context_q, out_context;
     rt_core_pkg::launch_t               lane_launch_q;
-    rt_core_pkg::walk_ray_t             lane_walk_q;
+    rt_core_pkg::ray_axis_t             lane_axis_q;
     arrival_t                           lane_arrival;
     logic                               lane_out_valid, lane_out_ready;
     rt_contract_pkg::pair_index_t       pair;
@@ -358,12 +358,13 @@ module rt_core #(
     end
     // Loaded for this lane only.
     always_ff @(posedge clk_i) begin
-      lane_valid_q <= launch_valid_q[l] && rst_n[ResetLane+l];
-      lane_ray_q   <= launch_valid_q[l] && launch_ray_q && rst_n[ResetLane+l];
+      lane_valid_q        <= launch_valid_q[l] && rst_n[ResetLane+l];
+      lane_axis_valid_q   <= axis_valid_q && 32'(axis_context_q) >> LaneContextBits == l && rst_n[ResetLane+l];
+      lane_axis_context_q <= axis_context_q[LaneContextBits-1:0];
+      lane_axis_q         <= axis_q;
       if (launch_valid_q[l]) begin
         lane_context_q <= launch_context_q[LaneContextBits-1:0];
         lane_launch_q  <= launch_q;
-        lane_walk_q    <= walk_ray_q;
       end
     end
     assign lane_arrival.ctx = out_context_of(l, out_context);
@@ -385,8 +386,10 @@ module rt_core #(
         .clk_i,
         .rst_ni          (rst_n[ResetLane+l]),
         .view_i          (lane_view),
-        .ray_valid_i     (lane_ray_q),
-        .ray_i           (lane_walk_q),
+        .axis_valid_i    (lane_axis_valid_q),
+        .axis_context_i  (lane_axis_context_q),
+        .axis_number_i   (lane_axis_q.axis),
+        .axis_i          (lane_axis_q.walk),
         .launch_valid_i  (lane_valid_q),
         .launch_context_i(lane_context_q),
         .launch_i        (lane_launch_q),
@@ -560,9 +563,10 @@ module rt_core #(
       .flushing_o          (flushing[1]),
       .view_i              (view),
       .parent_links_i      (parent_links_q),
-      .ray_valid_i         (stored_ray_q),
-      .ray_context_i       (stored_context_q),
-      .ray_i               (stored_walk_q),
+      .axis_valid_i        (stored_axis_valid_q),
+      .axis_context_i      (stored_context_q),
+      .axis_number_i       (stored_axis_q.axis),
+      .axis_i              (stored_axis_q.walk),
       .in_valid_i          (arrival_valid && !arrival_ends),
       .in_context_i        (arrival.ctx),
       .in_data_i           (arrival.arrival),
@@ -632,9 +636,12 @@ module rt_core #(
       .flushing_o            (flushing[2]),
       .view_i                (view),
       .mailbox_i             (mailbox_q),
-      .ray_valid_i           (stored_ray_q),
+      .axis_valid_i          (stored_axis_valid_q),
       .ray_context_i         (stored_context_q),
-      .ray_i                 (stored_test_q),
+      .axis_number_i         (stored_axis_q.axis),
+      .axis_i                ('{direction: stored_axis_q.direction, origin: stored_axis_q.walk.origin}),
+      .ray_valid_i           (stored_ray_q),
+      .ray_any_i             (stored_any_q),
       .references_valid_i    (references_valid_q),
       .references_context_i  (references_context_q),
       .references_i          (references_q),
@@ -771,8 +778,8 @@ module rt_core #(
   );
 
   // --- counters: the order is that of the register map (rt_top) ---
-  function automatic logic [CounterStepBits-1:0] one(logic event_bit);
-    return CounterStepBits'(event_bit);
+  function automatic rt_core_pkg::counter_step_t one(logic event_bit);
+    return rt_core_pkg::counter_step_t'(event_bit);
   endfunction
   logic [Lanes-1:0] lane_hit, lane_busy, lane_starved;
   logic             leaf_blocked, reference_blocked, test_busy, test_starved;
@@ -787,19 +794,19 @@ module rt_core #(
   assign reference_blocked = !reference_events.busy && !reference_events.starved;
   assign test_busy         = test_valid;
   assign test_starved      = !test_valid && reference_events.starved;
-  logic [CounterStepBits-1:0] counter_step[CounterCount];
+  rt_core_pkg::counter_step_t counter_step[rt_core_pkg::CounterCount];
   always_ff @(posedge clk_i) counter_step_o <= counter_step;
   always_comb begin
-    for (int unsigned i = 0; i < CounterCount; i++) counter_step[i] = '0;
+    for (int unsigned i = 0; i < rt_core_pkg::CounterCount; i++) counter_step[i] = '0;
     counter_step[0]  = one(1'b1);
     counter_step[1]  = one(hit_taken);
     counter_step[2]  = one(hit_fault);
-    counter_step[3]  = CounterStepBits'($countones(lane_down));
-    counter_step[4]  = CounterStepBits'($countones(lane_up));
+    counter_step[3]  = rt_core_pkg::counter_step_t'($countones(lane_down));
+    counter_step[4]  = rt_core_pkg::counter_step_t'($countones(lane_up));
     counter_step[5]  = one(leaf_counted);
     counter_step[6]  = one(test_valid && test_tag.test);
     counter_step[7]  = one(skipped);
-    counter_step[8]  = CounterStepBits'($countones(lane_hit));
+    counter_step[8]  = rt_core_pkg::counter_step_t'($countones(lane_hit));
     counter_step[9]  = one(node_miss);
     counter_step[10] = one(leaf_events.hit);
     counter_step[11] = one(leaf_events.miss);
@@ -808,9 +815,9 @@ module rt_core #(
     counter_step[14] = one(reference_events.hit);
     counter_step[15] = one(reference_events.miss);
     // 16, 17, 27 .. 29: the bus, in rt_top.
-    counter_step[18] = CounterStepBits'($countones(lane_busy));
-    counter_step[19] = CounterStepBits'($countones(lane_starved));
-    counter_step[20] = CounterStepBits'($countones(~(lane_busy | lane_starved)));
+    counter_step[18] = rt_core_pkg::counter_step_t'($countones(lane_busy));
+    counter_step[19] = rt_core_pkg::counter_step_t'($countones(lane_starved));
+    counter_step[20] = rt_core_pkg::counter_step_t'($countones(~(lane_busy | lane_starved)));
     counter_step[21] = one(leaf_events.busy);
     counter_step[22] = one(!leaf_events.busy && leaf_events.starved);
     counter_step[23] = one(leaf_blocked);
@@ -820,6 +827,6 @@ module rt_core #(
     counter_step[30] = one(reference_events.busy);
     counter_step[31] = one(!reference_events.busy && reference_events.starved);
     counter_step[32] = one(reference_blocked);
-    counter_step[33] = CounterStepBits'(contexts_used);
+    counter_step[33] = rt_core_pkg::counter_step_t'(contexts_used);
   end
 endmodule

@@ -91,10 +91,43 @@ package rt_core_pkg;
 
   // A ray as the triangle test sees it.
   typedef struct packed {
-    rt_contract_pkg::flag_t             any;
-    rt_contract_pkg::direction_t [2:0]  direction;
-    rt_contract_pkg::position_t [2:0]   origin;
+    rt_contract_pkg::direction_t [2:0] direction;
+    rt_contract_pkg::position_t [2:0]  origin;
   } test_ray_t;
+
+  // Rays are few and the way to all who keep them is long, so one travels axis by axis, x first; and so it is kept (rt_ray_ram).
+  localparam int unsigned Axes = 3;
+  typedef struct packed {
+    rt_contract_pkg::flag_t        negative;
+    rt_contract_pkg::flag_t        zero;
+    rt_contract_pkg::recip_shift_t shift;
+    rt_contract_pkg::reciprocal_t  reciprocal;
+    rt_contract_pkg::position_t    origin;
+  } walk_axis_t;
+  typedef struct packed {
+    rt_contract_pkg::direction_t direction;
+    rt_contract_pkg::position_t  origin;
+  } test_axis_t;
+  typedef struct packed {
+    logic [1:0]                  axis;
+    rt_contract_pkg::direction_t direction;
+    walk_axis_t                  walk;
+  } ray_axis_t;
+  function automatic walk_ray_t walk_ray_of(walk_axis_t [Axes-1:0] axes);
+    for (int unsigned a = 0; a < Axes; a++) begin
+      walk_ray_of.negative[a]   = axes[a].negative;
+      walk_ray_of.zero[a]       = axes[a].zero;
+      walk_ray_of.shift[a]      = axes[a].shift;
+      walk_ray_of.reciprocal[a] = axes[a].reciprocal;
+      walk_ray_of.origin[a]     = axes[a].origin;
+    end
+  endfunction
+  function automatic test_ray_t test_ray_of(test_axis_t [Axes-1:0] axes);
+    for (int unsigned a = 0; a < Axes; a++) begin
+      test_ray_of.direction[a] = axes[a].direction;
+      test_ray_of.origin[a]    = axes[a].origin;
+    end
+  endfunction
 
   // What the result unit has to know of a ray.
   typedef struct packed {
@@ -155,6 +188,23 @@ package rt_core_pkg;
     logic [31:0]                      step_limit;
     rt_contract_pkg::position_t [5:0] box;
   } image_view_t;
+
+  // Counters of the register map, in its order, and the largest increment of each.
+  localparam int unsigned CounterCount = 34;
+  localparam int unsigned CounterStepBits = 9;
+  typedef logic [CounterStepBits-1:0] counter_step_t;
+  function automatic counter_step_t [CounterCount-1:0] counter_max_step(config_t config_i);
+    counter_step_t [CounterCount-1:0] result;
+    for (int unsigned i = 0; i < CounterCount; i++) result[i] = counter_step_t'(1);
+    result[3]  = counter_step_t'(config_i.lanes);  // down, up
+    result[4]  = counter_step_t'(config_i.lanes);
+    result[8]  = counter_step_t'(config_i.lanes);  // node_hits
+    result[18] = counter_step_t'(config_i.lanes);  // lane_busy, lane_starved, lane_blocked
+    result[19] = counter_step_t'(config_i.lanes);
+    result[20] = counter_step_t'(config_i.lanes);
+    result[33] = counter_step_t'(config_i.lanes * config_i.contexts_per_lane);  // context_clocks
+    return result;
+  endfunction
 
   // One-clock events for the counters of a unit that works on contexts.
   typedef struct packed {

@@ -21,9 +21,11 @@ module rt_lane #(
     input  logic                               clk_i,
     input  logic                               rst_ni,
     input  rt_core_pkg::image_view_t           view_i,
-    // A new ray's values.
-    input  logic                               ray_valid_i,
-    input  rt_core_pkg::walk_ray_t             ray_i,
+    // An axis of a new ray; all of them are there when it is launched.
+    input  logic                               axis_valid_i,
+    input  logic [ContextBits-1:0]             axis_context_i,
+    input  logic [1:0]                         axis_number_i,
+    input  rt_core_pkg::walk_axis_t            axis_i,
     // Where a context goes on.
     input  logic                               launch_valid_i,
     input  logic [ContextBits-1:0]             launch_context_i,
@@ -138,6 +140,7 @@ module rt_lane #(
   context_t                 s2_context_q, s3_context_q, s4_context_q;
   state_t                   s2_state_q, s3_state_q, s4_state_q;
   rt_contract_pkg::status_t s2_event_q, s3_event_q, s4_event_q;
+  rt_core_pkg::walk_axis_t [rt_core_pkg::Axes-1:0] s4_axes;
   rt_core_pkg::walk_ray_t   s4_ray;
   segment_t                 s4_segment;
 
@@ -372,19 +375,21 @@ module rt_lane #(
       .read_addr_i (s3_context_q),
       .read_data_o (s4_segment)
   );
-  rt_ram_sdp #(
-      .Depth (Contexts),
-      .data_t(rt_core_pkg::walk_ray_t)
+  rt_ray_ram #(
+      .Contexts(Contexts),
+      .axis_t  (rt_core_pkg::walk_axis_t)
   ) u_ray (
       .clk_i,
       .rst_ni,
-      .write_en_i  (ray_valid_i),
-      .write_addr_i(launch_context_i),
-      .write_data_i(ray_i),
-      .read_en_i   (s3_valid_q),
-      .read_addr_i (s3_context_q),
-      .read_data_o (s4_ray)
+      .write_en_i     (axis_valid_i),
+      .write_context_i(axis_context_i),
+      .write_axis_i   (axis_number_i),
+      .write_data_i   (axis_i),
+      .read_en_i      (s3_valid_q),
+      .read_context_i (s3_context_q),
+      .read_data_o    (s4_axes)
   );
+  assign s4_ray = rt_core_pkg::walk_ray_of(s4_axes);
 
   assign push_valid[Writes]     = state_write_en_q;
   assign push_context[Writes]   = state_context_q;

@@ -20,9 +20,11 @@ module rt_leaf_unit #(
     output logic                               flushing_o,
     input  rt_core_pkg::image_view_t           view_i,
     input  logic                               parent_links_i,
-    input  logic                               ray_valid_i,
-    input  logic [ContextBits-1:0]             ray_context_i,
-    input  rt_core_pkg::walk_ray_t             ray_i,
+    // An axis of a new ray.
+    input  logic                               axis_valid_i,
+    input  logic [ContextBits-1:0]             axis_context_i,
+    input  logic [1:0]                         axis_number_i,
+    input  rt_core_pkg::walk_axis_t            axis_i,
     // Arrivals, always accepted.
     input  logic                               in_valid_i,
     input  logic [ContextBits-1:0]             in_context_i,
@@ -159,6 +161,7 @@ module rt_leaf_unit #(
   context_t                 p3_context_q, p4_context_q;
   rt_core_pkg::arrival_t    p3_arrival_q, p4_arrival_q;
   rt_contract_pkg::status_t p3_fault_q, p4_fault_q;
+  rt_core_pkg::walk_axis_t [rt_core_pkg::Axes-1:0] p3_axes;
   rt_core_pkg::walk_ray_t   p3_ray, p4_ray_q;
 
   logic                                  p5_here_q, p5_valid, p5_look, p5_hit, enter, enter_ready;
@@ -209,19 +212,21 @@ module rt_leaf_unit #(
       .fill_last_i,
       .fill_error_i
   );
-  rt_ram_sdp #(
-      .Depth (Contexts),
-      .data_t(rt_core_pkg::walk_ray_t)
+  rt_ray_ram #(
+      .Contexts(Contexts),
+      .axis_t  (rt_core_pkg::walk_axis_t)
   ) u_ray (
       .clk_i,
       .rst_ni,
-      .write_en_i  (ray_valid_i),
-      .write_addr_i(ray_context_i),
-      .write_data_i(ray_i),
-      .read_en_i   (p2_valid_q),
-      .read_addr_i (p2_context_q),
-      .read_data_o (p3_ray)
+      .write_en_i     (axis_valid_i),
+      .write_context_i(axis_context_i),
+      .write_axis_i   (axis_number_i),
+      .write_data_i   (axis_i),
+      .read_en_i      (p2_valid_q),
+      .read_context_i (p2_context_q),
+      .read_data_o    (p3_axes)
   );
+  assign p3_ray = rt_core_pkg::walk_ray_of(p3_axes);
 
   // --- P5: without a look-up there is a fault; after a miss the cache has the context ---
   assign p5_valid = p5_here_q && (!p5_look || p5_hit);

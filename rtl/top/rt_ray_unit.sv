@@ -10,7 +10,8 @@
 // Rate        One burst in Settle + 1 clocks, one launch in RayBeats + 1 or three (rt_ray_setup): a ray is traced for many more, so index and
 //             address are found step by step, each in a register, and a ray is put together beat by beat.
 // Context     The first rays go to the lanes in turn, BlockRays to each; the following ones get contexts in the order in which they became free.
-// Launch      launch_valid_o with everything that the units keep of a ray; all of them take it in the same clock.
+// Launch      The axes of a ray go out first, one in a clock, to the units that keep them; launch_valid_o with the last one, and with everything else.
+//             A unit may take axes of a context whenever they come: it has no ray until the launch.
 // Faults      A ray that could not be read, or that rt_ray_setup rejects, is launched with the fault and ends at once in its lane.
 `include "rt_assert.svh"
 module rt_ray_unit #(
@@ -32,12 +33,12 @@ module rt_ray_unit #(
     input  logic                             fill_valid_i,
     input  logic [DataBits-1:0]              fill_data_i,
     input  logic                             fill_error_i,
+    output logic                             axis_valid_o,
+    output rt_core_pkg::ray_axis_t           axis_o,
     output logic                             launch_valid_o,
     input  logic                             launch_ready_i,
-    output logic [ContextBits-1:0]           launch_context_o,
+    output logic [ContextBits-1:0]           launch_context_o,  // of the axes, too
     output rt_core_pkg::launch_t             launch_o,
-    output rt_core_pkg::walk_ray_t           walk_ray_o,
-    output rt_core_pkg::test_ray_t           test_ray_o,
     output rt_core_pkg::ray_info_t           info_o,
     input  logic                             free_valid_i,
     input  logic [ContextBits-1:0]           free_context_i,
@@ -299,10 +300,16 @@ module rt_ray_unit #(
       .out_data_o (freed_context),
       .usage_o    (freed_usage_unused)
   );
-  assign launch_valid_o = setup_valid && next_valid_q;
+  logic [1:0] axis_q;
+  logic       axis_is_last;
+  assign axis_is_last   = axis_q == 2'(rt_core_pkg::Axes - 1);
+  assign axis_valid_o   = setup_valid && next_valid_q;
+  assign launch_valid_o = axis_valid_o && axis_is_last;
   assign launch         = launch_valid_o && launch_ready_i;
-  assign setup_take     = next_valid_q && launch_ready_i;
+  assign setup_take     = next_valid_q && launch_ready_i && axis_is_last;
   always_ff @(posedge clk_i) begin
+    if (axis_valid_o && !axis_is_last) axis_q <= axis_q + 1'b1;
+    if (launch || !rst_ni) axis_q <= '0;
     used_q <= used_q + (ContextBits + 1)'(launch) - (ContextBits + 1)'(free_valid_i);
     if (launch) next_valid_q <= 1'b0;
     if (!next_valid_q) begin
@@ -331,15 +338,18 @@ module rt_ray_unit #(
     launch_o = '0;
     if (setup_tag.error) launch_o.fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
     else if (!setup_out.valid[0]) launch_o.fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadRay);
-    walk_ray_o = '{
-        negative: setup_out.negative,
-        zero: setup_out.zero,
-        shift: setup_out.shift,
-        reciprocal: setup_out.reciprocal,
-        origin: setup_out.origin
+    axis_o = '{
+        axis: axis_q,
+        direction: setup_out.direction[axis_q],
+        walk: '{
+            negative: setup_out.negative[axis_q],
+            zero: setup_out.zero[axis_q],
+            shift: setup_out.shift[axis_q],
+            reciprocal: setup_out.reciprocal[axis_q],
+            origin: setup_out.origin[axis_q]
+        }
     };
-    test_ray_o = '{any: setup_out.any, direction: setup_out.direction, origin: setup_out.origin};
-    info_o     = '{index: setup_tag.index, any: setup_out.any, t_max: setup_out.t_max};
+    info_o = '{index: setup_tag.index, any: setup_out.any, t_max: setup_out.t_max};
   end
 
   `RT_ASSERT(RayIsExpected, !last_beat || order_valid)

@@ -22,10 +22,13 @@ module rt_reference_unit #(
     output logic                                 flushing_o,
     input  rt_core_pkg::image_view_t             view_i,
     input  logic                                 mailbox_i,
-    // A new ray.
+    // An axis of a new ray, and the new ray.
+    input  logic                                 axis_valid_i,
+    input  logic [1:0]                           axis_number_i,
+    input  rt_core_pkg::test_axis_t              axis_i,
     input  logic                                 ray_valid_i,
+    input  logic                                 ray_any_i,
     input  logic [ContextBits-1:0]               ray_context_i,
-    input  rt_core_pkg::test_ray_t               ray_i,
     // Leaves: references, then (later) the word that the context may start.
     input  logic                                 references_valid_i,
     input  logic [ContextBits-1:0]               references_context_i,
@@ -275,19 +278,22 @@ module rt_reference_unit #(
       .fill_last_i,
       .fill_error_i
   );
-  rt_ram_sdp #(
-      .Depth (Contexts),
-      .data_t(rt_core_pkg::test_ray_t)
+  rt_core_pkg::test_axis_t [rt_core_pkg::Axes-1:0] i7_axes;
+  rt_ray_ram #(
+      .Contexts(Contexts),
+      .axis_t  (rt_core_pkg::test_axis_t)
   ) u_ray (
       .clk_i,
       .rst_ni,
-      .write_en_i  (ray_valid_i),
-      .write_addr_i(ray_context_i),
-      .write_data_i(ray_i),
-      .read_en_i   (i6_valid_q),
-      .read_addr_i (i6_context_q),
-      .read_data_o (i7_ray)
+      .write_en_i     (axis_valid_i),
+      .write_context_i(ray_context_i),
+      .write_axis_i   (axis_number_i),
+      .write_data_i   (axis_i),
+      .read_en_i      (i6_valid_q),
+      .read_context_i (i6_context_q),
+      .read_data_o    (i7_axes)
   );
+  assign i7_ray = rt_core_pkg::test_ray_of(i7_axes);
   // What is noted of a reference is noted a clock later.
   logic                             done_q, done_missed_q, done_test_q;
   context_t                         done_context_q;
@@ -527,7 +533,7 @@ module rt_reference_unit #(
     rest_q           <= i9_replay || (i9_done && !i9_last);
     rest_context_q   <= i9_context_q;
     rest_error_q     <= i9_replay && i9_event_q == status_t'(rt_contract_pkg::StatusBusError);
-    if (ray_valid_i) any_q[ray_context_i] <= ray_i.any;
+    if (ray_valid_i) any_q[ray_context_i] <= ray_any_i;
     if (!rst_ni) begin
       i1_valid_q <= 1'b0;
       i2_valid_q <= 1'b0;

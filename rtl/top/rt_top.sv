@@ -73,8 +73,6 @@ module rt_top #(
     input  logic [IdBits-1:0]      axi_b_id_i,
     input  logic [1:0]             axi_b_resp_i
 );
-  localparam int unsigned CounterCount = 34;
-  localparam int unsigned CounterStepBits = 9;
   localparam logic [1:0] BurstIncr = 2'b01;
   localparam int unsigned OutstandingBits = 10;
 
@@ -129,9 +127,10 @@ module rt_top #(
   logic                              read_valid, read_ready, hit_valid, hit_ready;
   rt_core_pkg::read_request_t        read_request, ar;
   rt_contract_pkg::hit_record_t      hit;
-  logic [CounterStepBits-1:0]        core_step[CounterCount];
-  logic [CounterStepBits-1:0]        step[CounterCount];
-  logic [31:0]                       counter[CounterCount];
+  rt_core_pkg::counter_step_t        core_step[rt_core_pkg::CounterCount];
+  rt_core_pkg::counter_step_t        step[rt_core_pkg::CounterCount];
+  logic                              counter_done, counter_refused_q;
+  logic [31:0]                       counter_data;
   logic                              r_valid_q, r_last_q, r_error_q;
   logic [rt_core_pkg::Sources-1:0]    r_source_q;
   logic [rt_core_pkg::MshrIdBits-1:0] r_mshr_q;
@@ -263,23 +262,30 @@ module rt_top #(
   // --- counters ---
   always_comb begin
     step     = core_step;
-    step[16] = CounterStepBits'(axi_r_valid_i);
-    step[17] = CounterStepBits'(axi_w_valid_o && axi_w_ready_i);
+    step[16] = rt_core_pkg::counter_step_t'(axi_r_valid_i);
+    step[17] = rt_core_pkg::counter_step_t'(axi_w_valid_o && axi_w_ready_i);
     // Busy: a beat either way, as memories share their bandwidth between the two.
-    step[27] = CounterStepBits'(axi_r_valid_i || (axi_w_valid_o && axi_w_ready_i));
-    step[28] = CounterStepBits'(!axi_r_valid_i && !(axi_w_valid_o && axi_w_ready_i) && outstanding_q == '0);
-    step[29] = CounterStepBits'(!axi_r_valid_i && !(axi_w_valid_o && axi_w_ready_i) && outstanding_q != '0);
+    step[27] = rt_core_pkg::counter_step_t'(axi_r_valid_i || (axi_w_valid_o && axi_w_ready_i));
+    step[28] = rt_core_pkg::counter_step_t'(!axi_r_valid_i && !(axi_w_valid_o && axi_w_ready_i) && outstanding_q == '0);
+    step[29] = rt_core_pkg::counter_step_t'(!axi_r_valid_i && !(axi_w_valid_o && axi_w_ready_i) && outstanding_q != '0);
   end
   rt_counters #(
-      .Count   (CounterCount),
-      .StepBits(CounterStepBits)
+      .Count   (rt_core_pkg::CounterCount),
+      .StepBits(rt_core_pkg::CounterStepBits),
+      .MaxStep (rt_core_pkg::counter_max_step(Config))
   ) u_counters (
       .clk_i,
-      .clear_i (started),
-      .enable_i(busy),
-      .step_i  (step),
-      .count_o (counter)
+      .rst_ni,
+      .clear_i     (started),
+      .enable_i    (busy),
+      .step_i      (step),
+      .read_i      (regs.counters.req && !regs.counters.req_is_wr),
+      .read_index_i(regs.counters.addr[7:2]),
+      .read_done_o (counter_done),
+      .read_data_o (counter_data)
   );
+  // A counter cannot be written; the bus wants an answer.
+  always_ff @(posedge clk_i) counter_refused_q <= regs.counters.req && regs.counters.req_is_wr && rst_ni;
 
   // --- registers ---
   always_comb begin
@@ -296,40 +302,9 @@ module rt_top #(
     regs_in.status.first_fault.next        = first_fault;
     regs_in.fault_ray.ray.next             = fault_ray;
     regs_in.write_fault_ray.ray.next       = write_fault_ray;
-    regs_in.clocks.value.next              = counter[0];
-    regs_in.rays.value.next                = counter[1];
-    regs_in.faults.value.next              = counter[2];
-    regs_in.down.value.next                = counter[3];
-    regs_in.up.value.next                  = counter[4];
-    regs_in.leaf.value.next                = counter[5];
-    regs_in.tests.value.next               = counter[6];
-    regs_in.skipped.value.next             = counter[7];
-    regs_in.node_hits.value.next           = counter[8];
-    regs_in.node_misses.value.next         = counter[9];
-    regs_in.leaf_hits.value.next           = counter[10];
-    regs_in.leaf_misses.value.next         = counter[11];
-    regs_in.list_hits.value.next           = counter[12];
-    regs_in.list_misses.value.next         = counter[13];
-    regs_in.triangle_hits.value.next       = counter[14];
-    regs_in.triangle_misses.value.next     = counter[15];
-    regs_in.read_beats.value.next          = counter[16];
-    regs_in.write_beats.value.next         = counter[17];
-    regs_in.lane_busy.value.next           = counter[18];
-    regs_in.lane_starved.value.next        = counter[19];
-    regs_in.lane_blocked.value.next        = counter[20];
-    regs_in.leaf_busy.value.next           = counter[21];
-    regs_in.leaf_starved.value.next        = counter[22];
-    regs_in.leaf_blocked.value.next        = counter[23];
-    regs_in.test_busy.value.next           = counter[24];
-    regs_in.test_starved.value.next        = counter[25];
-    regs_in.test_blocked.value.next        = counter[26];
-    regs_in.bus_busy.value.next            = counter[27];
-    regs_in.bus_starved.value.next         = counter[28];
-    regs_in.bus_blocked.value.next         = counter[29];
-    regs_in.reference_busy.value.next      = counter[30];
-    regs_in.reference_starved.value.next   = counter[31];
-    regs_in.reference_blocked.value.next   = counter[32];
-    regs_in.context_clocks.value.next      = counter[33];
+    regs_in.counters.rd_ack                = counter_done;
+    regs_in.counters.rd_data               = counter_data;
+    regs_in.counters.wr_ack                = counter_refused_q;
   end
   assign irq_o = regs.control.irq_enable.value && done && !start_q;
 

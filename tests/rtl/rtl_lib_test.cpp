@@ -49,6 +49,8 @@ void idle(Bench& bench) {
   bench->arb_last_i = (1 << kArbInputs) - 1;
   bench->ram_write_i = bench->ram_read_i = 0;
   bench->ram_write_addr_i = bench->ram_read_addr_i = 0;
+  bench->counters_clear_i = bench->counters_enable_i = bench->counters_read_i = 0;
+  bench->counters_step_i = bench->counters_index_i = 0;
   bench->rule_valid_i = bench->rule_ready_i = 0;
   bench->rule_true_i = 1;
 }
@@ -453,6 +455,84 @@ TEST_F(LibTest, RamReadsWhatWasWritten) {
     ASSERT_EQ(bench->ram_forward_o, forward);
   }
   EXPECT_GT(collisions, 1000);
+  EXPECT_FALSE(bench.failed());
+}
+
+// -------------------------------------------------------------------------------------------------------------------
+// counters
+
+/// The counters of the bench and what they have to say.
+struct CounterBench {
+  static constexpr std::array<unsigned, 5> kMost{3, 1, 4, 7, 1};  // MaxStep of the bench, index 0 first
+  static constexpr int kAnswerBefore = 5 + 4;                     // clocks, Count + 4
+
+  explicit CounterBench(LibTest& test) : bench(test.bench), random(test.random) {}
+
+  void clock(bool clear, bool enable) {
+    std::uint16_t steps = 0;
+    for (std::size_t i = 0; i < kMost.size(); ++i) {
+      const auto step = static_cast<std::uint32_t>(random.chance(3) ? kMost[i] : random.below(kMost[i] + 1));
+      steps = static_cast<std::uint16_t>(steps | step << (3 * i));
+      if (clear)
+        sums[i] = 0;
+      else if (enable)
+        sums[i] += step;
+    }
+    bench->counters_clear_i = clear;
+    bench->counters_enable_i = enable;
+    bench->counters_step_i = steps;
+    bench.step();
+    bench->counters_read_i = 0;
+  }
+  /// Asks for a counter, goes on counting as `enable` says until the answer is there.
+  std::uint32_t read(unsigned index, bool enable, int clear_after = -1) {
+    bench->counters_read_i = 1;
+    bench->counters_index_i = static_cast<std::uint8_t>(index);
+    for (int i = 0; i < kAnswerBefore; ++i) {
+      clock(i == clear_after, enable);
+      if (bench->counters_done_o) return bench->counters_data_o;
+    }
+    ADD_FAILURE() << "no answer for counter " << index << " within " << kAnswerBefore << " clocks";
+    return 0;
+  }
+
+  Bench& bench;
+  Random& random;
+  std::array<std::uint32_t, 5> sums{};
+};
+
+TEST_F(LibTest, CountersHoldEveryStepAtRest) {
+  CounterBench counters(*this);
+  for (int run = 0; run < 300; ++run) {
+    if (run % 3 != 0) counters.clock(true, random.chance(2));
+    const bool full = random.chance(4);
+    for (auto left = random.below(200); left > 0; --left) counters.clock(false, full || random.chance(2));
+    counters.clock(false, false);
+    for (unsigned i = 0; i < 5; ++i) {
+      ASSERT_EQ(counters.read(i, false), counters.sums[i]) << "counter " << i << ", run " << run;
+      for (auto left = random.below(4); left > 0; --left) counters.clock(false, false);
+    }
+  }
+  EXPECT_FALSE(bench.failed());
+}
+
+TEST_F(LibTest, CountersAnswerWhileTheyCountAndWhileTheyAreCleared) {
+  CounterBench counters(*this);
+  int cleared = 0;
+  for (int run = 0; run < 5000; ++run) {
+    for (auto left = random.below(20); left > 0; --left) counters.clock(false, true);
+    const auto index = static_cast<unsigned>(random.below(5));
+    const std::uint32_t before = counters.sums[index];
+    const bool clears = random.chance(3);
+    const std::uint32_t lag = 2 * CounterBench::kMost[index];  // of the two registers before the sums
+    const std::uint32_t most = before + CounterBench::kAnswerBefore * CounterBench::kMost[index];
+    const std::uint32_t value = counters.read(index, true, clears ? static_cast<int>(random.below(4)) : -1);
+    const bool old = value + lag >= before && value <= most;
+    const bool fresh = clears && value <= counters.sums[index];
+    ASSERT_TRUE(old || fresh) << value << " is neither of the old count " << before << " nor of the new one";
+    cleared += fresh && !old;
+  }
+  EXPECT_GT(cleared, 100);
   EXPECT_FALSE(bench.failed());
 }
 

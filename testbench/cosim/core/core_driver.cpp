@@ -104,7 +104,7 @@ void CoreDriver::start(std::span<const std::uint64_t> ray_words, const CoreMode&
 void CoreDriver::wait(std::uint64_t most_clocks, const std::function<void(std::uint64_t)>& progress) {
   const std::uint64_t limit = device_.clocks() + most_clocks;
   while (!device_.wait_interrupt()) {
-    if (progress) progress(device_.read_register(RT_OFFSET(rays)));
+    if (progress) progress(device_.read_register(RT_OFFSET(counters.rays)));
     if (device_.clocks() > limit) {
       const CoreCounters c = counters();
       throw Error("rtl core: not done after " + std::to_string(most_clocks) + " clocks: " + std::to_string(c.rays) +
@@ -136,7 +136,7 @@ CoreStatus CoreDriver::status() {
 
 CoreCounters CoreDriver::counters() {
   CoreCounters c;
-#define RT_COUNTER(name) c.name = device_.read_register(RT_OFFSET(name))
+#define RT_COUNTER(name) c.name = device_.read_register(RT_OFFSET(counters.name))
   RT_COUNTER(clocks);
   RT_COUNTER(rays);
   RT_COUNTER(faults);
@@ -158,9 +158,9 @@ CoreCounters CoreDriver::counters() {
   RT_COUNTER(context_clocks);
 #undef RT_COUNTER
 #define RT_UNIT(member, name)                                          \
-  c.member.busy = device_.read_register(RT_OFFSET(name##_busy));       \
-  c.member.starved = device_.read_register(RT_OFFSET(name##_starved)); \
-  c.member.blocked = device_.read_register(RT_OFFSET(name##_blocked))
+  c.member.busy = device_.read_register(RT_OFFSET(counters.name##_busy));       \
+  c.member.starved = device_.read_register(RT_OFFSET(counters.name##_starved)); \
+  c.member.blocked = device_.read_register(RT_OFFSET(counters.name##_blocked))
   RT_UNIT(lanes, lane);
   RT_UNIT(leaf_unit, leaf);
   RT_UNIT(references, reference);

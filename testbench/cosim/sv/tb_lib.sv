@@ -70,6 +70,14 @@ module tb_lib #(
     output int                 stage_latency_o [Stages],
     output int                 stage_interval_o[Stages],
     output int                 stage_blocks_o  [Stages],
+    // Counters: clear, enable, steps, and a read.
+    input  logic               counters_clear_i,
+    input  logic               counters_enable_i,
+    input  logic [4:0][2:0]    counters_step_i,
+    input  logic               counters_read_i,
+    input  logic        [2:0]  counters_index_i,
+    output logic               counters_done_o,
+    output logic        [31:0] counters_data_o,
     // A stream with the checkers on it and nothing else: the test breaks the rules here.
     input  logic               rule_valid_i,
     input  logic               rule_ready_i,
@@ -309,6 +317,26 @@ module tb_lib #(
       .read_en_i   (ram_read_i),
       .read_addr_i (ram_read_addr_i),
       .read_data_o (ram_forward_o)
+  );
+
+  logic [2:0] counters_step[5];
+  for (genvar i = 0; i < 5; i++) begin : gen_counters_step
+    assign counters_step[i] = counters_step_i[i];
+  end
+  rt_counters #(
+      .Count   (5),
+      .StepBits(3),
+      .MaxStep ({3'd1, 3'd7, 3'd4, 3'd1, 3'd3})
+  ) u_counters (
+      .clk_i,
+      .rst_ni,
+      .clear_i     (counters_clear_i),
+      .enable_i    (counters_enable_i),
+      .step_i      (counters_step),
+      .read_i      (counters_read_i),
+      .read_index_i(counters_index_i),
+      .read_done_o (counters_done_o),
+      .read_data_o (counters_data_o)
   );
 
   assign stage_latency_o = '{
