@@ -5,7 +5,7 @@
 //             read one, were 5 % of an LFE5U-85F with `ecp5`, and the densest wires on it.
 // Timing      Increments, clear_i and enable_i are registered first, so that counting is in nobody's timing path; increments may be larger than
 //             one (lanes, contexts), up to MaxStep.
-// Reading     read_i for one clock; the answer (read_done_o for one clock) comes at the next visit, at most Count + 3 clocks later, and holds
+// Reading     read_i for one clock; the answer (read_done_o for one clock) comes at the next visit, at most Count + 4 clocks later, and holds
 //             all that was counted up to that visit. One read at a time. Reset clears.
 `include "rt_assert.svh"
 module rt_counters #(
@@ -29,11 +29,11 @@ module rt_counters #(
   localparam index_t Last = index_t'(Count - 1);
 
   logic                   clear_q, enable_q;
-  index_t                 s0_index_q, s1_index_q, s2_index_q;
-  logic                   s1_fresh_q;
+  index_t                 s0_index_q, s1_index_q, s2_index_q, s3_index_q;
+  logic                   s1_fresh_q, s2_fresh_q;
   logic [WaitingBits-1:0] waiting[Count];
-  logic [WaitingBits-1:0] s1_waiting_q;
-  logic [31:0]            s1_stored, s1_sum, s2_sum_q;
+  logic [WaitingBits-1:0] s1_waiting_q, s2_waiting_q;
+  logic [31:0]            s1_stored, s2_stored_q, s3_sum_q;
   logic [IndexBits:0]     fresh_left_q;  // so many visits find a sum of the run before
 
   always_ff @(posedge clk_i) begin
@@ -59,7 +59,7 @@ module rt_counters #(
     `RT_ASSERT(StepFits, !enable_i || step <= Most)
   end
 
-  // --- S0 choose, S1 add, S2 store: a counter is visited again when that is long past ---
+  // --- S0 choose, S1 the sum is there, S2 add, S3 store: a counter is visited again when that is past ---
   rt_ram_sdp #(
       .Depth (Count),
       .data_t(logic [31:0])
@@ -67,21 +67,23 @@ module rt_counters #(
       .clk_i,
       .rst_ni,
       .write_en_i  (1'b1),
-      .write_addr_i(s2_index_q),
-      .write_data_i(s2_sum_q),
+      .write_addr_i(s3_index_q),
+      .write_data_i(s3_sum_q),
       .read_en_i   (1'b1),
       .read_addr_i (s0_index_q),
       .read_data_o (s1_stored)
   );
-  assign s1_sum = (s1_fresh_q ? '0 : s1_stored) + 32'(s1_waiting_q);
-
   always_ff @(posedge clk_i) begin
     s0_index_q   <= s0_index_q == Last ? '0 : s0_index_q + 1'b1;
     s1_index_q   <= s0_index_q;
     s1_waiting_q <= waiting[s0_index_q];
     s1_fresh_q   <= fresh_left_q != '0;
     s2_index_q   <= s1_index_q;
-    s2_sum_q     <= s1_sum;
+    s2_waiting_q <= s1_waiting_q;
+    s2_fresh_q   <= s1_fresh_q;
+    s2_stored_q  <= s1_stored;
+    s3_index_q   <= s2_index_q;
+    s3_sum_q     <= (s2_fresh_q ? '0 : s2_stored_q) + 32'(s2_waiting_q);
     if (clear_q) fresh_left_q <= (IndexBits + 1)'(Count);
     else if (fresh_left_q != '0) fresh_left_q <= fresh_left_q - 1'b1;
     // Every index stays below Count.
@@ -89,15 +91,17 @@ module rt_counters #(
       s0_index_q <= '0;
       s1_index_q <= '0;
       s2_index_q <= '0;
+      s3_index_q <= '0;
     end
   end
 
   // --- reading: with the visit that begins after the request ---
-  logic   asked_q, s1_answer_q, s2_answer_q;
+  logic   asked_q, s1_answer_q, s2_answer_q, s3_answer_q;
   index_t asked_index_q;
   always_ff @(posedge clk_i) begin
     s1_answer_q <= asked_q && s0_index_q == asked_index_q;
     s2_answer_q <= s1_answer_q;
+    s3_answer_q <= s2_answer_q;
     if (asked_q && s0_index_q == asked_index_q) asked_q <= 1'b0;
     if (read_i) begin
       asked_q       <= 1'b1;
@@ -107,12 +111,13 @@ module rt_counters #(
       asked_q     <= 1'b0;
       s1_answer_q <= 1'b0;
       s2_answer_q <= 1'b0;
+      s3_answer_q <= 1'b0;
     end
   end
-  assign read_done_o = s2_answer_q;
-  assign read_data_o = s2_sum_q;
+  assign read_done_o = s3_answer_q;
+  assign read_data_o = s3_sum_q;
 
-  `RT_ASSERT_INIT(VisitsApart, Count >= 4)
-  `RT_ASSERT(OneRead, !read_i || !(asked_q || s1_answer_q))
+  `RT_ASSERT_INIT(VisitsApart, Count >= 5)
+  `RT_ASSERT(OneRead, !read_i || !(asked_q || s1_answer_q || s2_answer_q))
   `RT_ASSERT(ReadInRange, !read_i || 32'(read_index_i) < Count)
 endmodule
