@@ -1,16 +1,31 @@
 """What Yosys and nextpnr write as JSON, for the scripts that read it."""
 import json
+import os
 import re
+
+
+def top_module(design, path):
+    """The top module of what is in a file; ValueError if there is none."""
+    for module in design["modules"].values():
+        if "top" in module["attributes"]:
+            return module
+    raise ValueError("%s: no module is the top" % path)
 
 
 def top_cells(path):
     """{name: cell} of the top module; ValueError if the file has none."""
     with open(path) as file:
-        modules = json.load(file)["modules"]
-    for module in modules.values():
-        if "top" in module["attributes"]:
-            return module["cells"]
-    raise ValueError("no module is the top")
+        return top_module(json.load(file), path)["cells"]
+
+
+def add_settings(path, settings):
+    """Writes settings of nextpnr, {name: text}, into a netlist."""
+    with open(path) as file:
+        design = json.load(file)
+    top_module(design, path).setdefault("settings", {}).update(settings)
+    with open(path + ".tmp", "w") as file:
+        json.dump(design, file)
+    os.replace(path + ".tmp", path)
 
 
 def place_of(cell):

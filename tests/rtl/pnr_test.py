@@ -104,6 +104,13 @@ class Bitstream(unittest.TestCase):
         self.assertEqual(run.returncode, 0, run.stderr)
         self.assertGreater(os.path.getsize(self.bit), 100000)
 
+    def test_settings_reach_the_router(self):
+        run = bitstream("--top", "rt_fifo", "--mhz", "100", "--router", "router2", "--floorplan", os.path.join(BUILD, "fifo.png"))
+        self.assertEqual(run.returncode, 0, run.stderr)
+        with open(os.path.join(BUILD, "rt_fifo/seed1.placed.json")) as file:
+            settings = [module["settings"] for module in json.load(file)["modules"].values() if "settings" in module]
+        self.assertEqual([(group["router2/bbMargin/x"], group["router2/bbMargin/y"]) for group in settings], [("8", "8")])
+
     def test_refused_with_negative_slack(self):
         run = bitstream("--top", "rt_fifo", "--mhz", "999", "--bit", self.bit)
         self.assertEqual(run.returncode, 1)
