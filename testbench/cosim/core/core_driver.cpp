@@ -157,7 +157,7 @@ CoreCounters CoreDriver::counters() {
   RT_COUNTER(write_beats);
   RT_COUNTER(context_clocks);
 #undef RT_COUNTER
-#define RT_UNIT(member, name)                                          \
+#define RT_UNIT(member, name)                                                   \
   c.member.busy = device_.read_register(RT_OFFSET(counters.name##_busy));       \
   c.member.starved = device_.read_register(RT_OFFSET(counters.name##_starved)); \
   c.member.blocked = device_.read_register(RT_OFFSET(counters.name##_blocked))
