@@ -116,6 +116,16 @@ def link_command(build, target):
     return line.split("&&")[1].strip()
 
 
+def source_of(mutant):
+    """Text of the file that a mutant changes; RuntimeError if what it replaces is not there."""
+    name, path, old, *_ = mutant
+    with open(os.path.join("rtl", path)) as file:
+        text = file.read()
+    if old not in text:
+        raise RuntimeError("%s: text not found in %s: %s" % (name, path, old))
+    return text
+
+
 def check(mutant, build, work, links, vectors):
     """Returns (name, seconds, the test that failed) or raises on a mutant that could not be made."""
     name, path, old, new, (model, test, pattern) = mutant
@@ -123,15 +133,11 @@ def check(mutant, build, work, links, vectors):
     folder = os.path.join(work, re.sub(r"\W+", "_", name))
     shutil.rmtree(folder, ignore_errors=True)
     shutil.copytree("rtl", os.path.join(folder, "rtl"))
-    target = os.path.join(folder, "rtl", path)
-    with open(target) as file:
-        text = file.read()
-    if text.count(old) < 1:
-        raise RuntimeError("%s: text not found in %s: %s" % (name, path, old))
-    with open(target, "w") as file:
-        file.write(text.replace(old, new))
-
     rtl = os.path.join(folder, "rtl")
+    mutated = source_of(mutant).replace(old, new)
+    with open(os.path.join(rtl, path), "w") as file:
+        file.write(mutated)
+
     top = "testbench/cosim/sv/%s.sv" % model if model.startswith("tb_") else glob.glob("%s/*/%s.sv" % (rtl, model))[0]
     objects = os.path.join(folder, "obj")
     step = run(["verilator", "--cc", "--assert", "-O3", "--x-assign", "fast", "--x-initial", "unique", "-Wno-fatal", "-Wno-lint",
@@ -179,11 +185,13 @@ def main():
     mutants = [m for m in MUTANTS if arguments.only in m[0] or arguments.only in m[1]]
     if arguments.list:
         stale = 0
-        for name, path, old, *_ in mutants:
-            with open(os.path.join("rtl", path)) as file:
-                found = file.read().count(old) > 0
-            print("%-70s %s%s" % (name, path, "" if found else "  TEXT NOT FOUND"))
-            stale += not found
+        for mutant in mutants:
+            print("%-70s %s" % mutant[:2])
+            try:
+                source_of(mutant)
+            except RuntimeError as error:
+                print("mutants: %s" % error, file=sys.stderr)
+                stale += 1
         return 1 if stale else 0
     tests = sorted({m[4][1] for m in mutants})
     step = subprocess.run(["ninja", "-C", arguments.build, *tests], stdout=subprocess.DEVNULL)

@@ -464,7 +464,7 @@ TEST_F(LibTest, RamReadsWhatWasWritten) {
 /// The counters of the bench and what they have to say.
 struct CounterBench {
   static constexpr std::array<unsigned, 5> kMost{3, 1, 4, 7, 1};  // MaxStep of the bench, index 0 first
-  static constexpr int kAnswerBefore = 5 + 5;                     // clocks, Count + 5
+  static constexpr int kAnswerBefore = 5 + 4;                     // clocks, Count + 4
 
   explicit CounterBench(LibTest& test) : bench(test.bench), random(test.random) {}
 

@@ -5,10 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <map>
 
 #include "golden/scene/kd_builder.hpp"
 #include "golden/scene/view.hpp"
+#include "rtl/regs/rt_regs.h"
 #include "scenes/open_scene.hpp"
 #include "testbench/csim/csim_engine.hpp"
 #include "testbench/csim/random.hpp"
@@ -239,6 +241,16 @@ TEST_F(RtlCore, CountersAddUp) {
   EXPECT_EQ(c.write_beats, 2 * rays_.size());
   EXPECT_EQ(c.read_beats * 8, device_.memory().read_bytes());
   EXPECT_EQ(device_.memory().outside(), 0u);
+}
+
+TEST_F(RtlCore, CountersCannotBeWritten) {
+  driver_.load(scene_.image.words(), rays_.size());
+  run(rays_);
+  device_.write_register(offsetof(rt_regs_t, counters.rays), 0);  // the bus answers
+  device_.write_register(offsetof(rt_regs_t, counters.context_clocks), 0xffffffff);
+  EXPECT_EQ(driver_.counters().rays, rays_.size());
+  EXPECT_EQ(run(rays_), expected_);
+  EXPECT_EQ(driver_.counters().rays, rays_.size());
 }
 
 TEST_F(RtlCore, RaysThatCannotBeTraced) {
