@@ -5,24 +5,25 @@
 // Wake        wake_* of each port: a stream of waiters that shall look up again, each with the word that its line could not be read
 //             (rt_waiters). Those that wait for any are woken while there are free MSHRs, RetryRate for each in RetryClocks (what a waiter needs to
 //             come back): woken all at once they would fail again, and their look-ups would keep others from theirs.
-// Pipeline    c: address of tags and data. c + 1: the key compared with the MSHRs. c + 2: tags and data stand in the output registers of their RAMs;
-//             tags compared. c + 3: answer. c + 4: who missed joins an MSHR, or (one of all ports, every other clock) goes on, or tries again,
-//             at once if an MSHR is free. c + 5: the one that went on gets an MSHR or waits for any; the others are noted, those whose MSHR
-//             finishes just now try again.
-//             A line is seen by its tag, as it was in c, or by its MSHR, as it was in c + 1: a lookup that reads tags while they are written
-//             tries again. Keys are compared once, in c + 1; from there the results travel along, and an MSHR that is taken meanwhile is put
-//             right by comparing with the one key that can take it.
+// Pipeline    c: address of tags and data. c + 2: tags and data stand in the output registers of their RAMs; tags compared. c + 3: answer. c + 4: who
+//             missed stands in the register of its port, or tries again if there is one before it. From these registers one miss a clock is
+//             compared with the keys of the MSHRs, c + 5, and joins one, or gets one, or waits for any, c + 6.
+//             A line that is being fetched misses: the tag of the way that it takes is invalid from the clock in which the MSHR is taken to the end
+//             of the fill. A lookup that reads a tag while it is written tries again, and so does one whose line an MSHR has just filled
+//             (recent: for the time that a miss may need to come to the compare). Where that MSHR was taken again meanwhile the line is fetched a
+//             second time and may stand in both ways, with the same words, as far as they are read.
 // Progress    A line that was filled is kept by its MSHR until it has been hit once (fresh), so that those who asked for it get it before the
-//             next one takes its way. Where no other is free, a miss takes an MSHR that only keeps a line, but in the last quarter of every 2^LeaseBits
-//             clocks: in that time whoever is woken gets its line. As a waiter may have gone (an any-hit ray that is done), freshness ends then.
-// Fill        Beats may come in any order between miss registers; they go into the data RAMs as they come. The way that is filled counts as invalid
-//             from the miss to the end of the fill. A line with an error becomes invalid.
+//             next one takes its way; of the hits of one clock one is seen, so that a line may be kept longer. Where no other is free, a miss
+//             takes an MSHR that only keeps a line, but in the last sixteenth of every 2^LeaseBits clocks: in that time whoever is woken gets its
+//             line. As a waiter may have gone (an any-hit ray that is done), freshness ends then.
+// Fill        Beats may come in any order between miss registers; they go into the data RAMs as they come. A line with an error becomes invalid.
 // Flush       flush_i starts it, flushing_o is high until all tags are invalid (Sets clocks). No lookups before the first flush and during one.
 // Structure   Ports x Ways x (WordBits / DataBits) RAMs with the same contents for each port; a word is what one lookup reads. Tags with their
 //             valid bit in RAM. The way to drop next is a RAM of one bit a set, written by a miss or by the hit of one port a clock: with
-//             several ports it is the least recently used way of those hits that were noted.
-// Misses      Mshrs in flight; a second miss on a line joins the first. One new miss a clock; a second one tries again.
-// Latency     Hit 3 clocks, one lookup a clock and port. Miss: the request is offered 4 clocks after the answer.
+//             several ports it is the least recently used way of those hits that were seen. Only the misses of all ports, one a clock, are compared
+//             with the MSHRs, so that these do not grow with the ports.
+// Misses      Mshrs in flight; a second miss on a line joins the first. One miss a clock, first or second, of all ports.
+// Latency     Hit 3 clocks, one lookup a clock and port. Miss: the request is offered 4 clocks after the answer, if no other is before it.
 // Source      Kroft 1981 (miss registers).
 `include "rt_assert.svh"
 module rt_cache #(
@@ -35,7 +36,7 @@ module rt_cache #(
     parameter int unsigned WordsPerLine = 4,
     parameter int unsigned Mshrs = 4,
     parameter int unsigned Waiters = 32,  // of each port
-    parameter int unsigned LeaseBits = 10,
+    parameter int unsigned LeaseBits = 12,
     parameter int unsigned RetryClocks = 12,
     parameter int unsigned RetryRate = 8,
     localparam int unsigned WaiterBits = Waiters > 1 ? $clog2(Waiters) : 1,
@@ -92,16 +93,26 @@ module rt_cache #(
     logic [TagBits-1:0] tag;
   } tag_t;
 
+  localparam int unsigned PortBits = Ports > 1 ? $clog2(Ports) : 1;
+  localparam int unsigned RecentBits = 4;
+  typedef logic [PortBits-1:0] port_t;
+  typedef struct packed {
+    key_t    key;
+    waiter_t waiter;
+  } miss_t;
+
   // --- miss registers ---
   typedef logic [Mshrs-1:0] mshrs_t;
-  mshrs_t               active_q;  // its line is being fetched
-  mshrs_t               fresh_q;   // its line was filled and not hit since
-  mshrs_t               need_q, error_q, way_q;
-  key_t                 mshr_key_q[Mshrs];
-  logic [BeatBits-1:0]  beat_q[Mshrs];
-  logic [LeaseBits-1:0] lease_q;
-  logic                 keep_q;  // the last quarter
-  mshrs_t               usable, waiting[Ports], waited_for;
+  mshrs_t                active_q;           // its line is being fetched
+  mshrs_t                fresh_q;            // its line was filled and no hit on it was seen since
+  mshrs_t                recent_q, aging_q;  // its line was filled in this span of 2^RecentBits clocks, in the one before
+  mshrs_t                error_q, way_q;
+  key_t                  mshr_key_q[Mshrs];
+  logic [BeatBits-1:0]   beat_q[Mshrs];
+  logic [LeaseBits-1:0]  lease_q;
+  logic [RecentBits-1:0] span_q;
+  logic                  keep_q;             // the last sixteenth
+  mshrs_t                usable, waiting[Ports], waited_for;
   always_comb begin
     waited_for = '0;
     for (int unsigned p = 0; p < Ports; p++) waited_for |= waiting[p];
@@ -122,13 +133,12 @@ module rt_cache #(
     if (!rst_ni) free_valid_q <= 1'b0;
   end
 
-  // The request for a line.
-  logic  fetch_valid_q, fetch_load;
-  key_t  fetch_key_q;
-  mshr_t fetch_mshr_q, need_mshr;
-
+  // A line that is going to be fetched: its way becomes invalid as soon as no fill ends.
+  logic  taken_q, taken_way_q;
+  key_t  taken_key_q;
   // A fill whose last beat has come; in the clock in which done_q is 1 its tag is written, and the last beat.
-  logic  ending_q, ending_error_q, done_q, done_error_q;
+  logic  ending_q, ending_way_q, ending_error_q, done_q, done_error_q;
+  key_t  fill_key, ending_key_q;
   mshr_t ending_mshr_q, done_mshr_q;
 
   // Registers of its own for the answers, which go to every cache; in the next clock they are written.
@@ -147,7 +157,8 @@ module rt_cache #(
     end
   end
 
-  // Tags are written by the end of a fill, or one after the other by a flush; every port has the write in registers of its own.
+  // Tags are written by the end of a fill and where a line is going to be fetched, or one after the other by a flush; every port has the write in
+  // registers of its own.
   typedef struct packed {
     logic [Ways-1:0] ways;
     set_t            index;
@@ -159,11 +170,11 @@ module rt_cache #(
   tag_write_t [Ports-1:0] port_tag_write;
   assign flushing_o = flushing_q || flush_i || flushed_q;
   always_comb begin
-    tag_write.ways = '0;
-    for (int unsigned w = 0; w < Ways; w++) tag_write.ways[w] = flushing_q || (ending_q && way_q[ending_mshr_q] == 1'(w));
-    tag_write.index       = flushing_q ? flush_set_q : mshr_key_q[ending_mshr_q][SetBits-1:0];
-    tag_write.tag.valid = !flushing_q && !ending_error_q;
-    tag_write.tag.tag   = mshr_key_q[ending_mshr_q][KeyBits-1:SetBits];
+    for (int unsigned w = 0; w < Ways; w++)
+      tag_write.ways[w] = flushing_q || (ending_q ? ending_way_q == 1'(w) : taken_q && taken_way_q == 1'(w));
+    tag_write.index     = flushing_q ? flush_set_q : ending_q ? ending_key_q[SetBits-1:0] : taken_key_q[SetBits-1:0];
+    tag_write.tag.valid = !flushing_q && ending_q && !ending_error_q;
+    tag_write.tag.tag   = ending_key_q[KeyBits-1:SetBits];
   end
   rt_copies #(
       .Copies(Ports),
@@ -181,72 +192,41 @@ module rt_cache #(
     if (!rst_ni) flushing_q <= 1'b0;
   end
 
-  // --- lookup: c + 1, c + 2 ---
-  localparam int unsigned PortBits = Ports > 1 ? $clog2(Ports) : 1;
-  typedef logic [PortBits-1:0] port_t;
-  logic [Ports-1:0]           look1_q, look2_q, look3_q, miss4_q, open4_q;
-  key_t                       key1_q[Ports], key2_q[Ports], key3_q[Ports], key4_q[Ports];
-  waiter_t                    waiter1_q[Ports], waiter2_q[Ports], waiter3_q[Ports], waiter4_q[Ports];
+  // --- lookup: c + 1 to c + 3; c + 4: who missed ---
+  logic [Ports-1:0]           look1_q, look2_q, look3_q;
+  miss_t                      look1_miss_q[Ports], look2_miss_q[Ports], look3_miss_q[Ports];
+  logic [Ports-1:0]           unsure1_q, unsure2_q, unsure3_q;  // the tags were written in the clock in which they were read
   tag_t                       tag_read[Ports][Ways], tag_q[Ports][Ways];
   logic [WordBits-1:0]        data_read[Ports][Ways], data2_q[Ports][Ways], data3_q[Ports][Ways];
-  logic [Ports-1:0][Ways-1:0] way_open2_q, way_hit_q;
-  logic [Ports-1:0]           unsure1_q;               // the tags were written in the clock in which they were read
-  logic [Ports-1:0]           busy2_q, busy3_q, busy4_q;        // an MSHR fetched the line in c + 1, or its tags are not known
-  logic [Ports-1:0]           unsure2_q;
-  mshrs_t                     set1[Ports], key1[Ports];      // MSHRs with the set, with the whole key
-  mshrs_t                     set2_q[Ports], same2_q[Ports], set3_q[Ports], same3_q[Ports], set4_q[Ports], same4_q[Ports];
-  logic                       on_valid, on_valid_q;
-  key_t                       on_key, on_key_q;
-  waiter_t                    on_waiter, on_waiter_q;
-  port_t                      on_port, on_port_q;
+  logic [Ports-1:0][Ways-1:0] way_hit_q;
+  logic [Ports-1:0]           missed_q, leaves, again_q;  // stands in its port's register; leaves it; tries again
+  miss_t                      missed_miss_q[Ports];
+  waiter_t                    again_waiter_q[Ports];
   for (genvar p = 0; p < int'(Ports); p++) begin : gen_lookup
-    always_comb begin
-      for (int unsigned m = 0; m < Mshrs; m++) begin
-        set1[p][m] = mshr_key_q[m][SetBits-1:0] == key1_q[p][SetBits-1:0];
-        key1[p][m] = set1[p][m] && mshr_key_q[m][KeyBits-1:SetBits] == key1_q[p][KeyBits-1:SetBits];
-      end
-    end
+    logic miss, full;
+    assign miss = look3_q[p] && way_hit_q[p] == '0;
+    assign full = missed_q[p] && !leaves[p];
     always_ff @(posedge clk_i) begin
-      look1_q[p]   <= req_valid_i[p] && rst_ni;
-      look2_q[p]   <= look1_q[p] && rst_ni;
-      look3_q[p]   <= look2_q[p] && rst_ni;
-      key1_q[p]    <= req_key_i[p];
-      waiter1_q[p] <= req_waiter_i[p];
-      key2_q[p]    <= key1_q[p];
-      waiter2_q[p] <= waiter1_q[p];
-      key3_q[p]    <= key2_q[p];
-      waiter3_q[p] <= waiter2_q[p];
-      key4_q[p]    <= key3_q[p];
-      waiter4_q[p] <= waiter3_q[p];
-      miss4_q[p]   <= look3_q[p] && way_hit_q[p] == '0 && rst_ni;
-      unsure1_q[p] <= port_tag_write[p].ways != '0 && req_key_i[p][SetBits-1:0] == port_tag_write[p].index;
-      unsure2_q[p] <= unsure1_q[p];
-      busy2_q[p]   <= (key1[p] & active_q) != '0 || unsure1_q[p];
-      busy3_q[p]   <= busy2_q[p];
-      busy4_q[p]   <= busy3_q[p];
-      open4_q[p]   <= (same3_q[p] & active_q) == '0 && !busy3_q[p];
-      set2_q[p]    <= set1[p];
-      same2_q[p]   <= key1[p];
-      set3_q[p]    <= set2_q[p];
-      same3_q[p]   <= same2_q[p];
-      set4_q[p]    <= set3_q[p];
-      same4_q[p]   <= same3_q[p];
-      if (allocate) begin
-        set2_q[p][free_q]  <= on_key_q[SetBits-1:0] == key1_q[p][SetBits-1:0];
-        same2_q[p][free_q] <= on_key_q == key1_q[p];
-        set3_q[p][free_q]  <= on_key_q[SetBits-1:0] == key2_q[p][SetBits-1:0];
-        same3_q[p][free_q] <= on_key_q == key2_q[p];
-        set4_q[p][free_q]  <= on_key_q[SetBits-1:0] == key3_q[p][SetBits-1:0];
-        same4_q[p][free_q] <= on_key_q == key3_q[p];
-      end
-      // The way that is being filled counts as invalid.
+      look1_q[p]      <= req_valid_i[p] && rst_ni;
+      look2_q[p]      <= look1_q[p] && rst_ni;
+      look3_q[p]      <= look2_q[p] && rst_ni;
+      look1_miss_q[p] <= '{key: req_key_i[p], waiter: req_waiter_i[p]};
+      look2_miss_q[p] <= look1_miss_q[p];
+      look3_miss_q[p] <= look2_miss_q[p];
+      unsure1_q[p]    <= port_tag_write[p].ways != '0 && req_key_i[p][SetBits-1:0] == port_tag_write[p].index;
+      unsure2_q[p]    <= unsure1_q[p];
+      unsure3_q[p]    <= unsure2_q[p];
       for (int unsigned w = 0; w < Ways; w++) begin
-        way_open2_q[p][w] <= (set1[p] & active_q & (way_q ^ {Mshrs{w == 0}})) == '0;
-        way_hit_q[p][w]   <= look2_q[p] && !unsure2_q[p] && way_open2_q[p][w] && tag_q[p][w].valid && tag_q[p][w].tag == key2_q[p][KeyBits-1:SetBits];
-        tag_q[p][w]       <= tag_read[p][w];
-        data2_q[p][w]     <= data_read[p][w];
-        data3_q[p][w]     <= data2_q[p][w];
+        way_hit_q[p][w] <= look2_q[p] && !unsure2_q[p] && tag_q[p][w].valid && tag_q[p][w].tag == look2_miss_q[p].key[KeyBits-1:SetBits];
+        tag_q[p][w]     <= tag_read[p][w];
+        data2_q[p][w]   <= data_read[p][w];
+        data3_q[p][w]   <= data2_q[p][w];
       end
+
+      if (!full) missed_miss_q[p] <= look3_miss_q[p];
+      missed_q[p]       <= rst_ni && (full || (miss && !unsure3_q[p]));
+      again_q[p]        <= rst_ni && miss && (full || unsure3_q[p]);
+      again_waiter_q[p] <= look3_miss_q[p].waiter;
     end
   end
 
@@ -259,139 +239,117 @@ module rt_cache #(
     end
   end
 
-  // --- c + 4: who missed joins, tries again, waits for any, or goes on ---
-  logic [Ports-1:0] park, later, again, park5_q, later5_q, again5_q;
-  mshr_t            joined[Ports], where5_q[Ports];
-  waiter_t          waiter5_q[Ports];
-  mshrs_t           on_set, on_set_q;
-  logic             refused_q;  // the one that went on got no MSHR and is not yet noted
-  // Which port goes on is chosen by what was known a clock before; whether it does, by what is known now.
-  always_comb begin
-    on_port = '0;
-    for (int p = int'(Ports) - 1; p >= 0; p--) if (miss4_q[p] && open4_q[p]) on_port = port_t'(p);
-  end
-  assign on_key    = key4_q[on_port];
-  assign on_waiter = waiter4_q[on_port];
-  assign on_set    = set4_q[on_port];
-  always_comb begin
-    on_valid = 1'b0;
-    park     = '0;
-    later    = '0;
-    again    = '0;
-    for (int unsigned p = 0; p < Ports; p++) begin
-      mshrs_t line;
-      line      = same4_q[p] & active_q;
-      joined[p] = '0;
-      for (int unsigned m = 0; m < Mshrs; m++) if (line[m]) joined[p] |= mshr_t'(m);
-      if (miss4_q[p]) begin
-        if (line != '0) begin
-          if (done_q && line[done_mshr_q]) again[p] = 1'b1;
-          else park[p] = 1'b1;
-        end else if (busy4_q[p]) begin
-          again[p] = 1'b1;
-        end else if (!free_valid_q) begin
-          later[p] = 1'b1;
-        end else if (on_port == port_t'(p) && open4_q[p] && !on_valid_q && !refused_q) begin
-          on_valid = 1'b1;
-        end else begin
-          again[p] = 1'b1;
-        end
-      end
-    end
-  end
+  // The port whose hit is seen, whose miss goes on, and whose waiters may retry: the one whose turn it is, or else the first that has one.
+  port_t turn_q, hit_port, miss_port;
+  function automatic port_t choose_port(logic [Ports-1:0] from, port_t turn);
+    choose_port = '0;
+    for (int p = int'(Ports) - 1; p >= 0; p--) if (from[p]) choose_port = port_t'(p);
+    if (from[turn]) choose_port = turn;
+  endfunction
+  logic [Ports-1:0] hit;
+  always_comb for (int unsigned p = 0; p < Ports; p++) hit[p] = way_hit_q[p] != '0;
+  assign hit_port  = choose_port(hit, turn_q);
+  assign miss_port = choose_port(missed_q, turn_q);
+  logic seen_q, seen_way_q;
+  set_t seen_set_q;
   always_ff @(posedge clk_i) begin
-    park5_q     <= park;
-    later5_q    <= later;
-    again5_q    <= again;
-    where5_q    <= joined;
-    waiter5_q   <= waiter4_q;
-    on_valid_q  <= on_valid;
-    on_key_q    <= on_key;
-    on_waiter_q <= on_waiter;
-    on_port_q   <= on_port;
-    on_set_q    <= on_set;
-    if (!rst_ni) begin
-      park5_q    <= '0;
-      later5_q   <= '0;
-      again5_q   <= '0;
-      on_valid_q <= 1'b0;
+    turn_q     <= !rst_ni || turn_q == port_t'(Ports - 1) ? '0 : turn_q + 1'b1;
+    seen_q     <= hit != '0 && rst_ni;
+    seen_set_q <= look3_miss_q[hit_port].key[SetBits-1:0];
+    seen_way_q <= way_hit_q[hit_port][Ways-1];
+  end
+
+  // --- c + 5: the miss that goes on is compared with the MSHRs ---
+  logic   match_q, place_q;
+  port_t  match_port_q, place_port_q;
+  miss_t  match_miss_q, place_miss_q;
+  mshrs_t same_q, set_q;  // MSHRs with its key, with its set
+  always_comb for (int unsigned p = 0; p < Ports; p++) leaves[p] = missed_q[p] && miss_port == port_t'(p);
+  always_ff @(posedge clk_i) begin
+    match_q      <= missed_q != '0 && rst_ni;
+    match_port_q <= miss_port;
+    match_miss_q <= missed_miss_q[miss_port];
+    place_q      <= match_q && rst_ni;
+    place_port_q <= match_port_q;
+    place_miss_q <= match_miss_q;
+    for (int unsigned m = 0; m < Mshrs; m++) begin
+      same_q[m] <= mshr_key_q[m] == match_miss_q.key;
+      set_q[m]  <= mshr_key_q[m][SetBits-1:0] == match_miss_q.key[SetBits-1:0];
+    end
+    if (allocate) begin
+      same_q[free_q] <= place_miss_q.key == match_miss_q.key;
+      set_q[free_q]  <= place_miss_q.key[SetBits-1:0] == match_miss_q.key[SetBits-1:0];
     end
   end
 
-  // --- c + 5: one miss finds its place ---
+  // --- c + 6: it finds its place ---
+  mshrs_t          line;
+  mshr_t           joined;
   logic [Ways-1:0] open;
-  logic            victim, older;
+  logic            join_line, victim, older;
   always_comb begin
-    for (int unsigned w = 0; w < Ways; w++) open[w] = (on_set_q & (active_q | fresh_q) & (way_q ^ {Mshrs{w == 0}})) == '0;
-    victim   = Ways == 2 && (open[0] && open[Ways-1] ? older : open[Ways-1]);
-    allocate = on_valid_q && free_valid_q && open != '0;
+    line   = same_q & active_q;
+    joined = '0;
+    for (int unsigned m = 0; m < Mshrs; m++) if (line[m]) joined |= mshr_t'(m);
+    for (int unsigned w = 0; w < Ways; w++) open[w] = (set_q & (active_q | fresh_q) & (way_q ^ {Mshrs{w == 0}})) == '0;
+    victim    = Ways == 2 && (open[0] && open[Ways-1] ? older : open[Ways-1]);
+    join_line = place_q && line != '0 && !(done_q && line[done_mshr_q]);
+    allocate  = place_q && (same_q & (active_q | fresh_q | recent_q | aging_q)) == '0 && free_valid_q && open != '0 && !(taken_q && ending_q);
   end
   assign miss_o = allocate;
 
-  // --- who waits; the list of a miss register begins a clock after it was taken, before anybody can join it ---
-  logic    opened_q;
-  mshr_t   opened_mshr_q;
-  waiter_t opened_waiter_q;
-  port_t   opened_port_q;
+  // --- c + 7: who waits ---
+  logic    wait_line_q, wait_any_q;
+  mshr_t   wait_mshr_q;
+  waiter_t wait_waiter_q;
+  port_t   wait_port_q;
   always_ff @(posedge clk_i) begin
-    opened_q        <= allocate && rst_ni;
-    opened_mshr_q   <= free_q;
-    opened_waiter_q <= on_waiter_q;
-    opened_port_q   <= on_port_q;
+    wait_line_q   <= (join_line || allocate) && rst_ni;
+    wait_any_q    <= place_q && !join_line && !allocate && rst_ni;
+    wait_mshr_q   <= allocate ? free_q : joined;
+    wait_waiter_q <= place_miss_q.waiter;
+    wait_port_q   <= place_port_q;
+    taken_q       <= (allocate || (taken_q && ending_q)) && rst_ni;
+    if (allocate) begin
+      taken_key_q <= place_miss_q.key;
+      taken_way_q <= victim;
+    end
   end
   localparam int unsigned WokenBits = $clog2(RetryClocks + 1);
   logic [Ports-1:0]       later_left, retry, retried;
   logic [RetryClocks-1:0] woken_q;
   logic [WokenBits-1:0]   woken_count_q;
   logic [MshrBits:0]      free_count_q;
-  logic                   may_retry_q, refused_noted;
-  waiter_t                refused_waiter_q;
-  port_t                  refused_port_q, turn_q;
-  assign refused_noted = refused_q && !later5_q[refused_port_q];
+  logic                   may_retry_q;
   always_comb begin
     retry         = '0;
     retry[turn_q] = may_retry_q && later_left[turn_q];
   end
   always_ff @(posedge clk_i) begin
-    if (on_valid_q && !allocate) begin
-      refused_q        <= 1'b1;
-      refused_waiter_q <= on_waiter_q;
-      refused_port_q   <= on_port_q;
-    end else if (refused_noted) begin
-      refused_q <= 1'b0;
-    end
-    turn_q        <= turn_q == port_t'(Ports - 1) ? '0 : turn_q + 1'b1;
     woken_q       <= RetryClocks'({woken_q, retried != '0});
     woken_count_q <= woken_count_q + WokenBits'(retried != '0) - WokenBits'(woken_q[RetryClocks-1]);
     free_count_q  <= (MshrBits + 1)'($countones(usable));
     may_retry_q   <= RetryRate * 32'(free_count_q) > 32'(woken_count_q) + 32'(retried != '0);
     if (!rst_ni) begin
-      refused_q     <= 1'b0;
-      turn_q        <= '0;
       woken_q       <= '0;
       woken_count_q <= '0;
       may_retry_q   <= 1'b0;
     end
   end
   for (genvar p = 0; p < int'(Ports); p++) begin : gen_waiters
-    logic finishes;  // the line that port p's waiter was to wait for
-    assign finishes = done_q && where5_q[p] == done_mshr_q;
     rt_waiters #(
         .Mshrs  (Mshrs),
         .Waiters(Waiters)
     ) u_waiters (
         .clk_i,
         .rst_ni,
-        .open_valid_i  (opened_q && opened_port_q == port_t'(p)),
-        .open_mshr_i   (opened_mshr_q),
-        .open_waiter_i (opened_waiter_q),
-        .park_valid_i  (park5_q[p] && !finishes),
-        .park_mshr_i   (where5_q[p]),
-        .park_waiter_i (waiter5_q[p]),
-        .again_valid_i (again5_q[p] || (park5_q[p] && finishes)),
-        .again_waiter_i(waiter5_q[p]),
-        .later_valid_i (later5_q[p] || (refused_noted && refused_port_q == port_t'(p))),
-        .later_waiter_i(later5_q[p] ? waiter5_q[p] : refused_waiter_q),
+        .line_valid_i  (wait_line_q && wait_port_q == port_t'(p)),
+        .line_mshr_i   (wait_mshr_q),
+        .line_waiter_i (wait_waiter_q),
+        .again_valid_i (again_q[p]),
+        .again_waiter_i(again_waiter_q[p]),
+        .later_valid_i (wait_any_q && wait_port_q == port_t'(p)),
+        .later_waiter_i(wait_waiter_q),
         .later_o       (later_left[p]),
         .retry_i       (retry[p]),
         .retried_o     (retried[p]),
@@ -405,29 +363,36 @@ module rt_cache #(
     );
   end
 
-  mshrs_t hit_lines;  // those that were looked up
+  mshrs_t seen;  // the line of the hit
   always_comb begin
-    hit_lines = '0;
-    for (int unsigned p = 0; p < Ports; p++) if (look3_q[p]) hit_lines |= same3_q[p];
+    for (int unsigned m = 0; m < Mshrs; m++) seen[m] = seen_q && mshr_key_q[m][SetBits-1:0] == seen_set_q && way_q[m] == seen_way_q;
   end
   always_ff @(posedge clk_i) begin
     lease_q <= lease_q + 1'b1;
-    keep_q  <= lease_q[LeaseBits-1-:2] == '1;
+    keep_q  <= lease_q[LeaseBits-1-:4] == '1;
+    span_q  <= span_q + 1'b1;
+    if (span_q == '1) begin
+      aging_q  <= recent_q;
+      recent_q <= '0;
+    end
 
     if (lease_q == '0) fresh_q <= '0;
-    else fresh_q <= fresh_q & ~hit_lines;
+    else fresh_q <= fresh_q & ~seen;
     if (allocate) begin
       active_q[free_q]   <= 1'b1;
       fresh_q[free_q]    <= 1'b0;
-      need_q[free_q]     <= 1'b1;
+      recent_q[free_q]   <= 1'b0;
+      aging_q[free_q]    <= 1'b0;
       error_q[free_q]    <= 1'b0;
-      mshr_key_q[free_q] <= on_key_q;
+      mshr_key_q[free_q] <= place_miss_q.key;
       way_q[free_q]      <= victim;
       beat_q[free_q]     <= '0;
     end
 
     ending_q       <= fill_valid_q && fill_last_q && rst_ni;
     ending_mshr_q  <= fill_mshr_q;
+    ending_key_q   <= fill_key;
+    ending_way_q   <= way_q[fill_mshr_q];
     ending_error_q <= fill_valid_q && fill_last_q && (fill_error_q || error_q[fill_mshr_q]);
     done_q         <= ending_q;
     done_mshr_q    <= ending_mshr_q;
@@ -439,36 +404,58 @@ module rt_cache #(
     if (done_q) begin
       active_q[done_mshr_q] <= 1'b0;
       fresh_q[done_mshr_q]  <= !done_error_q;
+      recent_q[done_mshr_q] <= 1'b1;
     end
 
-    if (fetch_load) need_q[need_mshr] <= 1'b0;
     if (!rst_ni) begin
       active_q <= '0;
       fresh_q  <= '0;
-      need_q   <= '0;
+      recent_q <= '0;
+      aging_q  <= '0;
       done_q   <= 1'b0;
       lease_q  <= '0;
+      span_q   <= '0;
     end
   end
 
-  // --- request for the line; registered, so that it does not change while it waits ---
-  always_comb begin
-    need_mshr = '0;
-    for (int unsigned m = 0; m < Mshrs; m++) if (need_q[m]) need_mshr = mshr_t'(m);
-  end
-  assign fetch_load = need_q != '0 && (!fetch_valid_q || fetch_ready_i);
-  always_ff @(posedge clk_i) begin
-    if (fetch_load) begin
-      fetch_key_q  <= mshr_key_q[need_mshr];
-      fetch_mshr_q <= need_mshr;
-    end
-    if (fetch_load) fetch_valid_q <= 1'b1;
-    else if (fetch_ready_i) fetch_valid_q <= 1'b0;
-    if (!rst_ni) fetch_valid_q <= 1'b0;
-  end
-  assign fetch_valid_o = fetch_valid_q;
-  assign fetch_key_o   = fetch_key_q;
-  assign fetch_mshr_o  = rt_core_pkg::MshrIdBits'(fetch_mshr_q);
+  // The keys again, for the one whose line is filled.
+  rt_ram_lut #(
+      .Depth (Mshrs),
+      .data_t(key_t)
+  ) u_fill_keys (
+      .clk_i,
+      .rst_ni,
+      .write_en_i  (allocate),
+      .write_addr_i(free_q),
+      .write_data_i(place_miss_q.key),
+      .read_addr_i (fill_mshr_q),
+      .read_data_o (fill_key)
+  );
+
+  // --- requests for lines: a place for each MSHR ---
+  typedef struct packed {
+    key_t  key;
+    mshr_t mshr;
+  } fetch_t;
+  fetch_t                        fetch;
+  logic                          fetch_room;
+  logic [$clog2(Mshrs + 1)-1:0] fetch_usage_unused;
+  rt_fifo #(
+      .Depth (Mshrs),
+      .data_t(fetch_t)
+  ) u_fetches (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (allocate),
+      .in_ready_o (fetch_room),
+      .in_data_i  ('{key: place_miss_q.key, mshr: free_q}),
+      .out_valid_o(fetch_valid_o),
+      .out_ready_i(fetch_ready_i),
+      .out_data_o (fetch),
+      .usage_o    (fetch_usage_unused)
+  );
+  assign fetch_key_o  = fetch.key;
+  assign fetch_mshr_o = rt_core_pkg::MshrIdBits'(fetch.mshr);
 
   // --- memories ---
   function automatic logic [AddrBits-1:0] word_address(set_t set, logic [SelectBits-1:0] word);
@@ -484,7 +471,7 @@ module rt_cache #(
   data_write_t write_q;
   data_write_t [Ports-1:0] port_write;
   always_ff @(posedge clk_i) begin
-    write_q.addr <= word_address(mshr_key_q[fill_mshr_q][SetBits-1:0], SelectBits'(int'(fill_beat) / Banks));
+    write_q.addr <= word_address(fill_key[SetBits-1:0], SelectBits'(int'(fill_beat) / Banks));
     write_q.data <= fill_data_q;
     for (int unsigned w = 0; w < Ways; w++) begin
       for (int unsigned b = 0; b < Banks; b++) write_q.banks[w][b] <= fill_valid_q && way_q[fill_mshr_q] == 1'(w) && int'(fill_beat) % Banks == int'(b);
@@ -534,27 +521,9 @@ module rt_cache #(
 
   // --- the way to drop next ---
   if (Ways == 2) begin : gen_older
-    logic [Ports-1:0] hit4_q, way4_q;
-    logic             used_write_q, used_way_q;
-    set_t             used_set_q;
+    logic miss_q;  // a line takes the way
+    always_ff @(posedge clk_i) miss_q <= allocate;
     // Noted when it suits: which way is older is no more than a good guess.
-    always_ff @(posedge clk_i) begin
-      for (int unsigned p = 0; p < Ports; p++) begin
-        hit4_q[p] <= way_hit_q[p] != '0;
-        way4_q[p] <= way_hit_q[p][Ways-1];
-      end
-      used_write_q <= allocate || hit4_q != '0;
-      used_set_q   <= on_key_q[SetBits-1:0];
-      used_way_q   <= victim;
-      if (!allocate) begin
-        for (int unsigned p = 0; p < Ports; p++) begin
-          if (hit4_q[p]) begin
-            used_set_q <= key4_q[p][SetBits-1:0];
-            used_way_q <= way4_q[p];
-          end
-        end
-      end
-    end
     rt_ram_sdp #(
         .Depth  (Sets),
         .Forward(1'b1),
@@ -562,11 +531,11 @@ module rt_cache #(
     ) u_older (
         .clk_i,
         .rst_ni,
-        .write_en_i  (used_write_q),
-        .write_addr_i(used_set_q),
-        .write_data_i(!used_way_q),
-        .read_en_i   (on_valid),
-        .read_addr_i (on_key[SetBits-1:0]),
+        .write_en_i  (miss_q || seen_q),
+        .write_addr_i(miss_q ? taken_key_q[SetBits-1:0] : seen_set_q),
+        .write_data_i(miss_q ? !taken_way_q : !seen_way_q),
+        .read_en_i   (match_q),
+        .read_addr_i (match_miss_q.key[SetBits-1:0]),
         .read_data_o (older)
     );
   end else begin : gen_only
@@ -575,6 +544,7 @@ module rt_cache #(
 
   `RT_ASSERT(FillIsExpected, !fill_valid_q || active_q[fill_mshr_q])
   `RT_ASSERT(FillHasItsLength, !fill_valid_q || fill_last_q || fill_beat != BeatBits'(FillBeats - 1))
-  `RT_ASSERT(OneWay, !look3_q[0] || $onehot0(way_hit_q[0]))
-  `RT_ASSERT(FlushWhenIdle, !flushing_o || (active_q == '0 && look1_q == '0 && look2_q == '0 && look3_q == '0 && miss4_q == '0))
+  `RT_ASSERT(InvalidBeforeFill, !fill_valid_q || !taken_q || taken_key_q != fill_key)
+  `RT_ASSERT(FetchesHaveRoom, !allocate || fetch_room)
+  `RT_ASSERT(FlushWhenIdle, !flushing_o || (active_q == '0 && look1_q == '0 && look2_q == '0 && look3_q == '0 && missed_q == '0 && !match_q && !place_q))
 endmodule

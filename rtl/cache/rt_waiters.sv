@@ -1,8 +1,8 @@
 // Who waits at one port of a cache: for a line, to try again at once, or to try again when a miss register is free.
 //
-// Line        A list for each miss register (MSHR): first and last waiter in registers, who comes next in a RAM with a word for each waiter. open_*
-//             begins the list of an MSHR that is being taken, park_* appends; neither after the MSHR has ended. When it has, its list is walked,
-//             a waiter a clock; until then waiting_o keeps the MSHR from being taken.
+// Line        A list for each miss register (MSHR): first and last waiter of each, and who comes after a waiter, in small RAMs. line_* appends to the
+//             list of an MSHR, not after it has ended. When it has, its list is walked, a waiter a clock; until that begins waiting_o keeps the MSHR
+//             from being taken.
 // Again       again_*: a queue. Later: later_*: a queue, whose head is woken with retry_i.
 // Wake        wake_*: a stream of waiters, each with the word that its line could not be read. The three sources take turns.
 // Capacity    A waiter is in one place at a time, so whoever is named is always taken.
@@ -16,12 +16,9 @@ module rt_waiters #(
 ) (
     input  logic                  clk_i,
     input  logic                  rst_ni,
-    input  logic                  open_valid_i,
-    input  logic [MshrBits-1:0]   open_mshr_i,
-    input  logic [WaiterBits-1:0] open_waiter_i,
-    input  logic                  park_valid_i,
-    input  logic [MshrBits-1:0]   park_mshr_i,
-    input  logic [WaiterBits-1:0] park_waiter_i,
+    input  logic                  line_valid_i,
+    input  logic [MshrBits-1:0]   line_mshr_i,
+    input  logic [WaiterBits-1:0] line_waiter_i,
     input  logic                  again_valid_i,
     input  logic [WaiterBits-1:0] again_waiter_i,
     input  logic                  later_valid_i,
@@ -52,10 +49,9 @@ module rt_waiters #(
 
   // --- lists ---
   logic [Mshrs-1:0] has_q;
-  waiter_t          first_q[Mshrs], last_q[Mshrs];
-  (* ram_style = "distributed" *) waiter_t next_q[Waiters];
+  waiter_t          walk_first, walk_last, line_last, walk_next_waiter;
   logic             walk_q, walk_begins, walk_error_q;  // a list is being walked
-  mshr_t            walk_mshr_q, walk_next;
+  mshr_t            walk_next;
   waiter_t          walk_waiter_q, walk_last_q;
   logic [Mshrs-1:0] to_walk;
 
@@ -65,38 +61,75 @@ module rt_waiters #(
     walk_next = '0;
     for (int unsigned m = 0; m < Mshrs; m++) if (to_walk[m]) walk_next = mshr_t'(m);
     waiting_o = has_q;
-    if (walk_q) waiting_o[walk_mshr_q] = 1'b1;
   end
   assign source_valid[FromLine] = walk_q;
   assign source[FromLine]       = '{error: walk_error_q, waiter: walk_waiter_q};
   always_ff @(posedge clk_i) begin
-    if (park_valid_i) begin
-      if (has_q[park_mshr_i]) next_q[last_q[park_mshr_i]] <= park_waiter_i;
-      else first_q[park_mshr_i] <= park_waiter_i;
-      last_q[park_mshr_i] <= park_waiter_i;
-      has_q[park_mshr_i]  <= 1'b1;
-    end
-    if (open_valid_i) begin
-      first_q[open_mshr_i] <= open_waiter_i;
-      last_q[open_mshr_i]  <= open_waiter_i;
-      has_q[open_mshr_i]   <= 1'b1;
-    end
+    if (line_valid_i) has_q[line_mshr_i] <= 1'b1;
     if (walk_begins) begin
       walk_q           <= 1'b1;
-      walk_mshr_q      <= walk_next;
       walk_error_q     <= error_i[walk_next];
-      walk_waiter_q    <= first_q[walk_next];
-      walk_last_q      <= last_q[walk_next];
+      walk_waiter_q    <= walk_first;
+      walk_last_q      <= walk_last;
       has_q[walk_next] <= 1'b0;
     end else if (walk_q && source_ready[FromLine]) begin
       walk_q        <= walk_waiter_q != walk_last_q;
-      walk_waiter_q <= next_q[walk_waiter_q];
+      walk_waiter_q <= walk_next_waiter;
     end
     if (!rst_ni) begin
       has_q  <= '0;
       walk_q <= 1'b0;
     end
   end
+
+  rt_ram_lut #(
+      .Depth (Mshrs),
+      .data_t(waiter_t)
+  ) u_first (
+      .clk_i,
+      .rst_ni,
+      .write_en_i  (line_valid_i && !has_q[line_mshr_i]),
+      .write_addr_i(line_mshr_i),
+      .write_data_i(line_waiter_i),
+      .read_addr_i (walk_next),
+      .read_data_o (walk_first)
+  );
+  rt_ram_lut #(
+      .Depth (Mshrs),
+      .data_t(waiter_t)
+  ) u_last (
+      .clk_i,
+      .rst_ni,
+      .write_en_i  (line_valid_i),
+      .write_addr_i(line_mshr_i),
+      .write_data_i(line_waiter_i),
+      .read_addr_i (walk_next),
+      .read_data_o (walk_last)
+  );
+  rt_ram_lut #(
+      .Depth (Mshrs),
+      .data_t(waiter_t)
+  ) u_line_last (
+      .clk_i,
+      .rst_ni,
+      .write_en_i  (line_valid_i),
+      .write_addr_i(line_mshr_i),
+      .write_data_i(line_waiter_i),
+      .read_addr_i (line_mshr_i),
+      .read_data_o (line_last)
+  );
+  rt_ram_lut #(
+      .Depth (Waiters),
+      .data_t(waiter_t)
+  ) u_next (
+      .clk_i,
+      .rst_ni,
+      .write_en_i  (line_valid_i && has_q[line_mshr_i]),
+      .write_addr_i(line_last),
+      .write_data_i(line_waiter_i),
+      .read_addr_i (walk_waiter_q),
+      .read_data_o (walk_next_waiter)
+  );
 
   // --- queues ---
   localparam int unsigned UsageBits = $clog2(Waiters + 1);
@@ -186,6 +219,5 @@ module rt_waiters #(
   assign wake_error_o  = wake.error;
 
   `RT_ASSERT(QueuesHaveRoom, (!again_valid_i || again_room) && (!later_valid_i || later_room))
-  `RT_ASSERT(ParksWhereALineIsFetched, !park_valid_i || !ended_i[park_mshr_i])
-  `RT_ASSERT(OpensWhatNobodyWaitsFor, !open_valid_i || !waiting_o[open_mshr_i])
+  `RT_ASSERT(WaitsWhereALineIsFetched, !line_valid_i || !ended_i[line_mshr_i])
 endmodule

@@ -2,7 +2,7 @@
 //
 // Purpose     A context belongs to one lane for the whole of its ray. Those that can go on stand in queues (rt_ready); each clock one of them
 //             leaves its queue and goes through
-//               S0 read state   S1 look up the node pair   S2, S3 -   S4 cache answers   S5 checks; enter rt_kd_descend / rt_kd_backtrack
+//               S0 read the goal   S1 look up the node pair   S2 -   S3 read the state   S4 cache answers   S5 checks; enter rt_kd_descend / rt_kd_backtrack
 //             and is ready again when the stage's result has been written to its state. At a leaf, or when it ends, it leaves through out_*.
 // Node cache  One for all lanes, with a port for each (rt_core): a context that misses is parked there; the lane goes on with others.
 // Replay      Where S5 cannot pass its context on (the stage or the queue is full), the context just becomes ready again: nothing of it
@@ -52,11 +52,13 @@ module rt_lane #(
     output logic                               up_o
 );
   typedef logic [ContextBits-1:0] context_t;
-  // Written by launches and by every step.
+  // Written by launches and by every step: what S1 looks up, and what S5 goes on from.
   typedef struct packed {
-    logic [31:0]                  steps;
     rt_contract_pkg::status_t     event_code;  // not EventGoOn: what the context ends with
     rt_contract_pkg::pair_index_t pair;        // to look up: of `parent` on the way up, otherwise of `node`
+  } goal_t;
+  typedef struct packed {
+    logic [31:0]                  steps;
     logic                         up;
     rt_contract_pkg::node_index_t parent;
     rt_contract_pkg::node_index_t node;
@@ -121,31 +123,31 @@ module rt_lane #(
       .error_o       (s0_error)
   );
 
-  // --- S1: the state is there ---
+  // --- S1: what it looks up is there ---
   logic                        s1_valid_q, s1_error_q;
   context_t                    s1_context_q;
-  state_t                      s0_state, s1_state_q;
+  goal_t                       s0_goal, s1_goal_q;
   rt_contract_pkg::status_t    s1_event;
   logic                        s1_look;
 
   // Whoever had a look-up that met an error was going on before it.
   always_comb begin
-    s1_event = s1_state_q.event_code;
-    if (s1_error_q && s1_state_q.event_code == rt_core_pkg::EventGoOn) s1_event = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
+    s1_event = s1_goal_q.event_code;
+    if (s1_error_q && s1_goal_q.event_code == rt_core_pkg::EventGoOn) s1_event = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
   end
   assign s1_look = s1_valid_q && s1_event == rt_core_pkg::EventGoOn;
 
-  // --- S2, S3, S4: on the way; ray and segment are there in S4, where the cache answers ---
+  // --- S2, S3, S4: on the way; state, ray and segment are there in S4, where the cache answers ---
   logic                     s2_valid_q, s3_valid_q, s4_valid_q;
   context_t                 s2_context_q, s3_context_q, s4_context_q;
-  state_t                   s2_state_q, s3_state_q, s4_state_q;
+  state_t                   s3_state, s4_state_q;
   rt_contract_pkg::status_t s2_event_q, s3_event_q, s4_event_q;
   rt_core_pkg::walk_axis_t [rt_core_pkg::Axes-1:0] s4_axes;
   rt_core_pkg::walk_ray_t   s4_ray;
   segment_t                 s4_segment;
 
   assign look_valid_o   = s1_look;
-  assign look_pair_o    = s1_state_q.pair;
+  assign look_pair_o    = s1_goal_q.pair;
   assign look_context_o = s1_context_q;
 
   // --- S5: on to the stages ---
@@ -295,17 +297,16 @@ module rt_lane #(
 
   // --- state: what a launch says, what a step leaves, on the way up first; the others wait. Through a register ---
   rt_contract_pkg::pair_index_t launch_pair;
-  state_t                       launch_write;
+  state_t                       launch_state;
+  goal_t                        launch_goal;
   assign launch_pair = launch_i.up ? launch_i.parent[23:1] : launch_i.node[23:1];
-  assign launch_write = '{
-          steps: launch_i.steps,
+  assign launch_goal = '{
           event_code: event_of(launch_i.fault, launch_i.steps >= view_i.step_limit, is_beyond(launch_pair, view_i.pair_count)),
-          pair: launch_pair,
-          up: launch_i.up,
-          parent: launch_i.parent,
-          node: launch_i.node
+          pair: launch_pair
       };
+  assign launch_state = '{steps: launch_i.steps, up: launch_i.up, parent: launch_i.parent, node: launch_i.node};
   state_t                   state_write, state_write_q;
+  goal_t                    goal_write, goal_write_q;
   context_t                 state_context, state_context_q;
   logic                     state_write_en_q;
   rt_contract_pkg::status_t backtrack_fault;
@@ -315,41 +316,46 @@ module rt_lane #(
     state_write_en_q <= (launch_valid_i || backtrack_valid || descend_valid) && rst_ni;
     state_context_q  <= state_context;
     state_write_q    <= state_write;
+    goal_write_q     <= goal_write;
   end
   always_comb begin
     backtrack_fault = rt_core_pkg::EventGoOn;
     if (backtrack_out.bad) backtrack_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadRecord);
     else if (backtrack_out.finished) backtrack_fault = rt_core_pkg::EventFinish;
     state_context = descend_tag.ctx;
-    state_write   = '{
-            steps: descend_tag.steps,
-            event_code: event_of(rt_core_pkg::EventGoOn, descend_tag.at_limit, descend_tag.child_beyond),
-            pair: descend_out.node[23:1],
-            up: 1'b0,
-            parent: '0,
-            node: descend_out.node
-        };
+    state_write   = '{steps: descend_tag.steps, up: 1'b0, parent: '0, node: descend_out.node};
+    goal_write    = '{event_code: event_of(rt_core_pkg::EventGoOn, descend_tag.at_limit, descend_tag.child_beyond), pair: descend_out.node[23:1]};
     if (backtrack_valid) begin
       state_context = backtrack_tag.ctx;
-      state_write   = '{
-              steps: backtrack_tag.steps,
+      state_write   = '{steps: backtrack_tag.steps, up: !backtrack_out.matched, parent: backtrack_tag.grandparent, node: backtrack_out.node};
+      goal_write    = '{
               event_code: event_of(
               backtrack_fault,
               backtrack_tag.at_limit,
               backtrack_out.matched ? backtrack_tag.child_beyond : backtrack_tag.grandparent_beyond
               ),
-              pair: backtrack_out.matched ? backtrack_out.node[23:1] : backtrack_tag.grandparent[23:1],
-              up: !backtrack_out.matched,
-              parent: backtrack_tag.grandparent,
-              node: backtrack_out.node
+              pair: backtrack_out.matched ? backtrack_out.node[23:1] : backtrack_tag.grandparent[23:1]
           };
     end
     if (launch_valid_i) begin
       state_context = launch_context_i;
-      state_write   = launch_write;
+      state_write   = launch_state;
+      goal_write    = launch_goal;
     end
   end
 
+  rt_ram_lut #(
+      .Depth (Contexts),
+      .data_t(goal_t)
+  ) u_goal (
+      .clk_i,
+      .rst_ni,
+      .write_en_i  (state_write_en_q),
+      .write_addr_i(state_context_q),
+      .write_data_i(goal_write_q),
+      .read_addr_i (s0_context),
+      .read_data_o (s0_goal)
+  );
   rt_ram_lut #(
       .Depth (Contexts),
       .data_t(state_t)
@@ -359,8 +365,8 @@ module rt_lane #(
       .write_en_i  (state_write_en_q),
       .write_addr_i(state_context_q),
       .write_data_i(state_write_q),
-      .read_addr_i (s0_context),
-      .read_data_o (s0_state)
+      .read_addr_i (s3_context_q),
+      .read_data_o (s3_state)
   );
   rt_ram_sdp #(
       .Depth (Contexts),
@@ -402,18 +408,16 @@ module rt_lane #(
     s1_valid_q    <= s0_valid;
     s1_error_q    <= s0_error;
     s1_context_q  <= s0_context;
-    s1_state_q   <= s0_state;
+    s1_goal_q    <= s0_goal;
     s2_valid_q   <= s1_valid_q;
     s2_context_q <= s1_context_q;
-    s2_state_q   <= s1_state_q;
     s2_event_q   <= s1_event;
     s3_valid_q   <= s2_valid_q;
     s3_context_q <= s2_context_q;
-    s3_state_q   <= s2_state_q;
     s3_event_q   <= s2_event_q;
     s4_valid_q   <= s3_valid_q;
     s4_context_q <= s3_context_q;
-    s4_state_q   <= s3_state_q;
+    s4_state_q   <= s3_state;
     s4_event_q   <= s3_event_q;
     s5_look_q    <= look_valid_i;
     s5_hit_q     <= look_hit_i;
@@ -423,7 +427,7 @@ module rt_lane #(
     s5_state_q   <= s4_state_q;
     s5_steps_q   <= s4_steps_q;
     s5_at_limit_q <= s4_steps_q >= view_i.step_limit;
-    s4_steps_q   <= s3_state_q.steps + 32'd1;
+    s4_steps_q   <= s3_state.steps + 32'd1;
     s5_event_q   <= s4_event_q;
     s5_ray_q     <= s4_ray;
     s5_segment_q <= s4_segment;

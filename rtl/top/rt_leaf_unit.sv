@@ -1,7 +1,7 @@
 // Leaf unit: reads the record of the leaf a context has arrived at and computes where the ray leaves it.
 //
-// Purpose     One context a clock: P0 read arrival   P1 -   P2 check, look up   P3, P4 -   P5 cache
-//             answers   P6 enter rt_leaf_exit. What comes out is kept as how the leaf is left (leave_*, for the result unit) and what is to be
+// Purpose     One context a clock: P0 read the goal   P1 -   P2 check, look up   P3 -   P4 read state and ray
+//             P5 cache answers   P6 enter rt_leaf_exit. What comes out is kept as how the leaf is left (leave_*, for the result unit) and what is to be
 //             tested (references, iter_*). Leaves without references, and contexts that end here, go to the result unit at once (out_*).
 // Reads       As much of a record as its size code says; the code is part of the cache's key.
 // Misses      Parked in the cache and woken. Replay as in rt_lane.
@@ -58,11 +58,18 @@ module rt_leaf_unit #(
     output logic                               leaf_o
 );
   typedef logic [ContextBits-1:0] context_t;
+  // What P2 looks up, and what P6 goes on from.
   typedef struct packed {
-    logic                  beyond;  // there is no such leaf
-    logic [1:0]            beats;   // of the record that are needed
-    rt_core_pkg::arrival_t arrival;
-  } stored_t;
+    logic                         beyond;  // there is no such leaf
+    logic [1:0]                   beats;   // of the record that are needed
+    rt_core_pkg::leaf_size_t      size;
+    rt_contract_pkg::pair_index_t leaf;
+  } goal_t;
+  typedef struct packed {
+    rt_contract_pkg::node_index_t node;
+    rt_contract_pkg::t_t          t;
+    logic [31:0]                  steps;
+  } state_t;
   typedef struct packed {
     context_t                           ctx;
     rt_contract_pkg::status_t           fault;
@@ -104,72 +111,82 @@ module rt_leaf_unit #(
       .error_o       (p0_error)
   );
 
-  // --- P1, P2: the arrival is there in P2 ---
-  logic                     p1_valid_q, p1_error_q, p2_valid_q, p2_error_q, p2_look;
-  context_t                 p1_context_q, p2_context_q;
-  stored_t                  p1_stored, p2_stored_q;
-  rt_core_pkg::arrival_t    p2_arrival;
+  // --- P1, P2: what it looks up is there in P2 ---
+  logic                     p1_valid_q, p1_error_q, p2_valid_q, p2_error_q, p2_look, p3_valid_q, p4_valid_q;
+  context_t                 p1_context_q, p2_context_q, p3_context_q, p4_context_q;
+  goal_t                    p1_goal, p2_goal_q;
   rt_contract_pkg::status_t p2_fault;
   always_comb begin
     p2_fault = rt_core_pkg::EventGoOn;
     if (p2_error_q) p2_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
-    else if (p2_stored_q.beyond) p2_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadIndex);
+    else if (p2_goal_q.beyond) p2_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadIndex);
   end
   assign p2_look = p2_valid_q && p2_fault == rt_core_pkg::EventGoOn;
 
   rt_core_pkg::leaf_key_t p2_key;
-  assign p2_arrival   = p2_stored_q.arrival;
-  assign p2_key.leaf  = p2_arrival.leaf;
-  assign p2_key.beats = p2_stored_q.beats;
+  assign p2_key.leaf  = p2_goal_q.leaf;
+  assign p2_key.beats = p2_goal_q.beats;
 
   // What can be said of an arrival is said before it is stored: a block RAM answers late. Planes, links and kind are always read, the parent where
   // walks climb, and as many references as there are. Refs end at bits 380, 428, 452.
   logic                  in_valid_q;
   context_t              in_context_q;
   rt_core_pkg::arrival_t in_data_q;
-  stored_t               in_stored;
+  goal_t                 in_goal;
+  state_t                in_state, p5_state, p6_state_q;
   always_ff @(posedge clk_i) begin
     in_valid_q   <= in_valid_i && rst_ni;
     in_context_q <= in_context_i;
     in_data_q    <= in_data_i;
   end
   always_comb begin
-    in_stored.arrival = in_data_q;
-    in_stored.beyond  = 32'(in_data_q.leaf) >= view_i.leaf_count;
-    in_stored.beats   = 2'd3;
-    if (in_data_q.size <= 3'd4) in_stored.beats = 2'd2;
-    if (in_data_q.size <= 3'd2) in_stored.beats = 2'd1;
-    if (in_data_q.size == '0 && !parent_links_i) in_stored.beats = 2'd0;
+    in_goal.leaf   = in_data_q.leaf;
+    in_goal.size   = in_data_q.size;
+    in_goal.beyond = 32'(in_data_q.leaf) >= view_i.leaf_count;
+    in_goal.beats  = 2'd3;
+    if (in_data_q.size <= 3'd4) in_goal.beats = 2'd2;
+    if (in_data_q.size <= 3'd2) in_goal.beats = 2'd1;
+    if (in_data_q.size == '0 && !parent_links_i) in_goal.beats = 2'd0;
   end
+  assign in_state = '{node: in_data_q.node, t: in_data_q.t, steps: in_data_q.steps};
 
   rt_ram_sdp #(
       .Depth (Contexts),
-      .data_t(stored_t)
-  ) u_arrival (
+      .data_t(goal_t)
+  ) u_arrival_goal (
       .clk_i,
       .rst_ni,
       .write_en_i  (in_valid_q),
       .write_addr_i(in_context_q),
-      .write_data_i(in_stored),
+      .write_data_i(in_goal),
       .read_en_i   (p0_valid),
       .read_addr_i (p0_context),
-      .read_data_o (p1_stored)
+      .read_data_o (p1_goal)
+  );
+  rt_ram_sdp #(
+      .Depth (Contexts),
+      .data_t(state_t)
+  ) u_arrival_state (
+      .clk_i,
+      .rst_ni,
+      .write_en_i  (in_valid_q),
+      .write_addr_i(in_context_q),
+      .write_data_i(in_state),
+      .read_en_i   (p4_valid_q),
+      .read_addr_i (p4_context_q),
+      .read_data_o (p5_state)
   );
 
-  // --- P3, P4: on the way; the ray is there in P3 ---
-  logic                     p3_valid_q, p4_valid_q;
-  context_t                 p3_context_q, p4_context_q;
-  rt_core_pkg::arrival_t    p3_arrival_q, p4_arrival_q;
+  // --- P3, P4: on the way; state and ray are there in P5 ---
+  rt_core_pkg::leaf_size_t  p3_size_q, p4_size_q;
   rt_contract_pkg::status_t p3_fault_q, p4_fault_q;
-  rt_core_pkg::walk_axis_t [rt_core_pkg::Axes-1:0] p3_axes;
-  rt_core_pkg::walk_ray_t   p3_ray, p4_ray_q;
+  rt_core_pkg::walk_axis_t [rt_core_pkg::Axes-1:0] p5_axes;
 
   logic                                  p5_here_q, p5_valid, p5_look, p5_hit, enter, enter_ready;
   context_t                              p5_context_q;
-  rt_core_pkg::arrival_t                 p5_arrival_q;
+  rt_core_pkg::leaf_size_t               p5_size_q;
   rt_contract_pkg::status_t              p5_fault_q;
   rt_contract_pkg::leaf_record_t         p5_leaf;
-  rt_core_pkg::walk_ray_t                p5_ray_q;
   rt_contract_pkg::leaf_exit_in_record_t exit_in;
   rt_contract_pkg::leaf_exit_out_record_t exit_out;
   tag_t                                  tag_in, tag_out;
@@ -222,27 +239,27 @@ module rt_leaf_unit #(
       .write_context_i(axis_context_i),
       .write_axis_i   (axis_number_i),
       .write_data_i   (axis_i),
-      .read_en_i      (p2_valid_q),
-      .read_context_i (p2_context_q),
-      .read_data_o    (p3_axes)
+      .read_en_i      (p4_valid_q),
+      .read_context_i (p4_context_q),
+      .read_data_o    (p5_axes)
   );
-  assign p3_ray = rt_core_pkg::walk_ray_of(p3_axes);
 
   // --- P5: without a look-up there is a fault; after a miss the cache has the context ---
   assign p5_valid = p5_here_q && (!p5_look || p5_hit);
   logic                         p6_valid_q, p6_replay;
   context_t                     p6_context_q;
-  rt_core_pkg::arrival_t        p6_arrival_q;
+  rt_core_pkg::leaf_size_t      p6_size_q;
   rt_contract_pkg::status_t     p6_fault_q;
   rt_contract_pkg::leaf_record_t p6_leaf_q;
   rt_core_pkg::walk_ray_t       p6_ray_q;
   always_ff @(posedge clk_i) begin
     p6_valid_q   <= p5_valid && rst_ni;
     p6_context_q <= p5_context_q;
-    p6_arrival_q <= p5_arrival_q;
+    p6_size_q    <= p5_size_q;
+    p6_state_q   <= p5_state;
     p6_fault_q   <= p5_fault_q;
     p6_leaf_q    <= p5_leaf;
-    p6_ray_q     <= p5_ray_q;
+    p6_ray_q     <= rt_core_pkg::walk_ray_of(p5_axes);
   end
 
   // --- P6 ---
@@ -254,21 +271,21 @@ module rt_leaf_unit #(
     exit_in.shift      = p6_ray_q.shift;
     exit_in.zero       = p6_ray_q.zero;
     exit_in.negative   = p6_ray_q.negative;
-    exit_in.t          = p6_arrival_q.t;
+    exit_in.t          = p6_state_q.t;
     tag_in.ctx     = p6_context_q;
     tag_in.fault       = p6_fault_q;
     tag_in.bad_kind    = p6_leaf_q.kind != rt_contract_pkg::axis_t'(rt_contract_pkg::KindTriangles);
-    tag_in.steps       = p6_arrival_q.steps;
+    tag_in.steps       = p6_state_q.steps;
     tag_in.count       = p6_count;
-    tag_in.node        = p6_arrival_q.node;
+    tag_in.node        = p6_state_q.node;
     tag_in.parent      = p6_leaf_q.parent;
     tag_in.upper       = ~p6_ray_q.negative;
     for (int unsigned axis = 0; axis < 3; axis++) begin
       tag_in.link[axis] = p6_ray_q.negative[axis] ? p6_leaf_q.link[2*axis] : p6_leaf_q.link[2*axis+1];
     end
   end
-  assign p6_count  = p6_arrival_q.size < rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong) ?
-                       rt_contract_pkg::triangle_index_t'(p6_arrival_q.size) : p6_leaf_q.count;
+  assign p6_count  = p6_size_q < rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong) ?
+                       rt_contract_pkg::triangle_index_t'(p6_size_q) : p6_leaf_q.count;
   assign enter     = p6_valid_q && enter_ready;
   assign p6_replay = p6_valid_q && !enter_ready;
 
@@ -289,7 +306,7 @@ module rt_leaf_unit #(
   assign references_valid_o   = enter;
   assign references_context_o = p6_context_q;
   assign references_o = '{
-          steps: p6_arrival_q.steps,
+          steps: p6_state_q.steps,
           list_base: p6_leaf_q.list_base,
           count: p6_count,
           refs: p6_leaf_q.refs
@@ -338,21 +355,19 @@ module rt_leaf_unit #(
     p2_valid_q   <= p1_valid_q;
     p2_error_q   <= p1_error_q;
     p2_context_q <= p1_context_q;
-    p2_stored_q  <= p1_stored;
+    p2_goal_q    <= p1_goal;
     p3_valid_q   <= p2_valid_q;
     p3_context_q <= p2_context_q;
-    p3_arrival_q <= p2_arrival;
+    p3_size_q    <= p2_goal_q.size;
     p3_fault_q   <= p2_fault;
     p4_valid_q   <= p3_valid_q;
     p4_context_q <= p3_context_q;
-    p4_arrival_q <= p3_arrival_q;
+    p4_size_q    <= p3_size_q;
     p4_fault_q   <= p3_fault_q;
     p5_here_q    <= p4_valid_q;
     p5_context_q <= p4_context_q;
-    p5_arrival_q <= p4_arrival_q;
+    p5_size_q    <= p4_size_q;
     p5_fault_q   <= p4_fault_q;
-    p4_ray_q     <= p3_ray;
-    p5_ray_q     <= p4_ray_q;
     replay_q         <= p6_replay;
     replay_context_q <= p6_context_q;
     replay_error_q   <= p6_fault_q == rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);

@@ -85,6 +85,20 @@ module rt_reference_unit #(
     rt_contract_pkg::triangle_index_t                                   count;
     rt_contract_pkg::triangle_index_t [rt_contract_pkg::LeafInline-1:0] refs;
   } kept_t;
+  // How far a context is: the next reference of its leaf, and the next entry of its mailbox.
+  localparam int unsigned MailBits = Config.mail_entries > 1 ? $clog2(Config.mail_entries) : 1;
+  `RT_ASSERT_INIT(MailPowerOfTwo, Config.mail_entries == 0 || Config.mail_entries == (1 << MailBits))
+  typedef struct packed {
+    logic                full;  // all entries are used; otherwise those below `at`
+    logic [MailBits-1:0] at;
+  } mail_t;
+  typedef struct packed {
+    rt_contract_pkg::triangle_index_t next;
+    mail_t                            mail;
+  } progress_t;
+  function automatic mail_t after_one(mail_t mail);
+    return '{full: mail.full || mail.at == '1, at: mail.at + 1'b1};
+  endfunction
   function automatic limit_t limit_of(logic signed [34:0] left);
     if (left <= 35'sd0) return '0;
     if (left >= 35'sd1 <<< (LimitBits - 1)) return limit_t'(1) << (LimitBits - 1);
@@ -103,6 +117,7 @@ module rt_reference_unit #(
   logic [Wakes-1:0]      wake_valid, wake_ready, wake_error;
   context_t [Wakes-1:0]  wake_context;
   logic [Contexts-1:0]   first_q;  // nothing of the leaf is done
+  logic [Contexts-1:0]   fresh_q;  // nothing is done for the ray
   logic                  i0_valid, i0_error, rest_q, rest_error_q;
   context_t              i0_context, rest_context_q;
   rt_ready #(
@@ -125,14 +140,16 @@ module rt_reference_unit #(
   );
 
   // --- I1: what is stored ---
-  logic                             i1_valid_q, i1_first_q, i1_error_q, i1_resolved_q;
+  logic                             i1_valid_q, i1_first_q, i1_fresh_q, i1_error_q, i1_resolved_q;
   context_t                         i1_context_q;
-  rt_contract_pkg::triangle_index_t i1_stored, i1_resolved;
+  progress_t                        i1_stored;
+  rt_contract_pkg::triangle_index_t i1_resolved;
   kept_t                            i1_refs;
 
   // --- I2: which reference ---
   logic                             i2_valid_q, i2_error_q, i2_resolved_q;
   context_t                         i2_context_q;
+  mail_t                            i2_mail_q, i3_mail_q, i4_mail_q, i5_mail_q, i6_mail_q, i7_mail_q, i8_mail_q, i9_mail_q, done_mail_q;
   rt_contract_pkg::triangle_index_t i2_next_q, i2_known_index_q, i2_inline;
   kept_t                            i2_refs_q;
   logic                             i2_from_list, i2_list_look;
@@ -158,7 +175,8 @@ module rt_reference_unit #(
   logic                             i3_valid_q, i3_from_list_q, i4_valid_q, i4_from_list_q, i5_here_q, i5_valid, i5_from_list_q, i5_list_look, i5_list_hit;
   context_t                         i3_context_q, i4_context_q, i5_context_q;
   status_t                          i3_event_q, i4_event_q, i5_event_q;
-  rt_contract_pkg::triangle_index_t i3_inline_q, i3_next_q, i3_count_q, i4_inline_q, i4_next_q, i4_count_q, i5_inline_q, i5_next_q, i5_count_q;
+  rt_contract_pkg::triangle_index_t i3_inline_q, i3_after_q, i3_count_q, i4_inline_q, i4_after_q, i5_inline_q, i5_after_q;
+  logic                             i4_final_q, i5_final_q;  // the last of its leaf
   logic [WordEntryBits-1:0]         i3_entry_q, i4_entry_q, i5_entry_q;
   logic [DataBits-1:0]              i5_list_word;
   logic [EntryBits-1:0]             i5_entries[WordEntries];
@@ -208,11 +226,11 @@ module rt_reference_unit #(
   end
 
   // --- I6: checks, mailbox, triangle ---
-  logic                             i6_valid_q, i6_killed_q;
+  logic                             i6_valid_q, i6_killed_q, i6_final_q;
   context_t                         i6_context_q;
   status_t                          i6_event_q, i6_event;
   logic [EntryBits-1:0]             i6_index_q;
-  rt_contract_pkg::triangle_index_t i6_next_q, i6_count_q;
+  rt_contract_pkg::triangle_index_t i6_after_q;
   logic                             i6_known, i6_look;
   logic [Contexts-1:0]              any_q;  // rays that any hit will do for
   logic                             i5_any_q, i5_has_hit_q;
@@ -226,12 +244,11 @@ module rt_reference_unit #(
   end
   assign i6_look = i6_valid_q && i6_event == rt_core_pkg::EventGoOn && !i6_known;
 
-  // --- I7, I8: on the way; the ray is there in I7 ---
-  logic                             i7_valid_q, i7_known_q, i8_valid_q, i8_known_q;
+  // --- I7, I8: on the way; the ray is there in I8 ---
+  logic                             i7_valid_q, i7_known_q, i7_final_q, i8_valid_q, i8_known_q, i8_final_q;
   context_t                         i7_context_q, i8_context_q;
   status_t                          i7_event_q, i8_event_q;
-  rt_contract_pkg::triangle_index_t i7_index_q, i7_after_q, i7_count_q, i8_index_q, i8_after_q, i8_count_q;
-  rt_core_pkg::test_ray_t           i7_ray, i8_ray_q;
+  rt_contract_pkg::triangle_index_t i7_index_q, i7_after_q, i8_index_q, i8_after_q;
 
   // --- I9: the triangle is there: send and note ---
   logic                              i9_here_q, i9_valid, i9_look, i9_hit, i9_missed;
@@ -278,7 +295,7 @@ module rt_reference_unit #(
       .fill_last_i,
       .fill_error_i
   );
-  rt_core_pkg::test_axis_t [rt_core_pkg::Axes-1:0] i7_axes;
+  rt_core_pkg::test_axis_t [rt_core_pkg::Axes-1:0] i8_axes;
   rt_ray_ram #(
       .Contexts(Contexts),
       .axis_t  (rt_core_pkg::test_axis_t)
@@ -289,11 +306,10 @@ module rt_reference_unit #(
       .write_context_i(ray_context_i),
       .write_axis_i   (axis_number_i),
       .write_data_i   (axis_i),
-      .read_en_i      (i6_valid_q),
-      .read_context_i (i6_context_q),
-      .read_data_o    (i7_axes)
+      .read_en_i      (i7_valid_q),
+      .read_context_i (i7_context_q),
+      .read_data_o    (i8_axes)
   );
-  assign i7_ray = rt_core_pkg::test_ray_of(i7_axes);
   // What is noted of a reference is noted a clock later.
   logic                             done_q, done_missed_q, done_test_q;
   context_t                         done_context_q;
@@ -366,13 +382,13 @@ module rt_reference_unit #(
 
   rt_ram_sdp #(
       .Depth (Contexts),
-      .data_t(rt_contract_pkg::triangle_index_t)
+      .data_t(progress_t)
   ) u_next (
       .clk_i,
       .rst_ni,
       .write_en_i  (done_q),
       .write_addr_i(done_context_q),
-      .write_data_i(done_after_q),
+      .write_data_i('{next: done_after_q, mail: done_test_q ? after_one(done_mail_q) : done_mail_q}),
       .read_en_i   (i0_valid),
       .read_addr_i (i0_context),
       .read_data_o (i1_stored)
@@ -402,45 +418,31 @@ module rt_reference_unit #(
 
   // --- mailbox ---
   if (Config.mail_entries > 0) begin : gen_mailbox
-    localparam int unsigned CountBits = $clog2(Config.mail_entries + 1);
-    typedef struct packed {
-      logic [CountBits-1:0]                                 used;
-      rt_contract_pkg::triangle_index_t [Config.mail_entries-1:0] index;  // the newest first
-    } mail_t;
-    mail_t               i5_stored, i6_mail_q, i7_mail_q, i8_mail_q, i9_mail_q, done_mail_q, done_mail;
-    logic [Contexts-1:0] fresh_q;  // nothing tested for this ray
-    logic                i5_fresh_q;
-
+    // Entries are written one after the other, the oldest again when all are used.
+    logic [Config.mail_entries-1:0] same;
     always_comb begin
       i6_known = 1'b0;
       for (int unsigned i = 0; i < Config.mail_entries; i++) begin
-        if (mailbox_i && i6_mail_q.used > CountBits'(i) && 32'(i6_mail_q.index[i]) == i6_index_q) i6_known = 1'b1;
+        if (mailbox_i && same[i] && (i6_mail_q.full || i6_mail_q.at > MailBits'(i))) i6_known = 1'b1;
       end
-      done_mail.index = {done_mail_q.index[Config.mail_entries-2:0], done_index_q};
-      done_mail.used  = done_mail_q.used == CountBits'(Config.mail_entries) ? done_mail_q.used : done_mail_q.used + 1'b1;
     end
-    rt_ram_sdp #(
-        .Depth (Contexts),
-        .data_t(mail_t)
-    ) u_mail (
-        .clk_i,
-        .rst_ni,
-        .write_en_i  (mailbox_i && done_q && done_test_q),
-        .write_addr_i(done_context_q),
-        .write_data_i(done_mail),
-        .read_en_i   (mailbox_i && i4_valid_q),
-        .read_addr_i (i4_context_q),
-        .read_data_o (i5_stored)
-    );
-    always_ff @(posedge clk_i) begin
-      i5_fresh_q <= fresh_q[i4_context_q];
-      i6_mail_q <= i5_fresh_q ? '0 : i5_stored;
-      i7_mail_q <= i6_mail_q;
-      i8_mail_q <= i7_mail_q;
-      i9_mail_q <= i8_mail_q;
-      done_mail_q <= i9_mail_q;
-      if (ray_valid_i) fresh_q[ray_context_i] <= 1'b1;
-      if (done_q && done_test_q) fresh_q[done_context_q] <= 1'b0;
+    for (genvar i = 0; i < int'(Config.mail_entries); i++) begin : gen_entry
+      rt_contract_pkg::triangle_index_t i5_stored, i6_stored_q;
+      rt_ram_sdp #(
+          .Depth (Contexts),
+          .data_t(rt_contract_pkg::triangle_index_t)
+      ) u_mail (
+          .clk_i,
+          .rst_ni,
+          .write_en_i  (mailbox_i && done_q && done_test_q && done_mail_q.at == MailBits'(i)),
+          .write_addr_i(done_context_q),
+          .write_data_i(done_index_q),
+          .read_en_i   (mailbox_i && i4_valid_q),
+          .read_addr_i (i4_context_q),
+          .read_data_o (i5_stored)
+      );
+      always_ff @(posedge clk_i) i6_stored_q <= i5_stored;
+      assign same[i] = 32'(i6_stored_q) == i6_index_q;
     end
   end else begin : gen_no_mailbox
     assign i6_known = 1'b0;
@@ -456,78 +458,89 @@ module rt_reference_unit #(
   always_ff @(posedge clk_i) begin
     if (done_q) first_q[done_context_q] <= 1'b0;
     if (in_valid_i) first_q[in_context_i] <= 1'b1;
+    if (done_q) fresh_q[done_context_q] <= 1'b0;
+    if (ray_valid_i) fresh_q[ray_context_i] <= 1'b1;
     i1_valid_q       <= i0_valid;
     i1_context_q     <= i0_context;
     i1_first_q       <= first_q[i0_context];
+    i1_fresh_q       <= fresh_q[i0_context];
     i1_error_q       <= i0_error;
     i1_resolved_q    <= resolved_q[i0_context];
     i2_valid_q       <= i1_valid_q;
     i2_context_q     <= i1_context_q;
     i2_error_q       <= i1_error_q;
     i2_resolved_q    <= i1_resolved_q;
-    i2_next_q        <= i1_first_q ? '0 : i1_stored;
+    i2_next_q        <= i1_first_q ? '0 : i1_stored.next;
+    i2_mail_q        <= i1_fresh_q ? '0 : i1_stored.mail;
     i2_known_index_q <= i1_resolved;
     i2_refs_q        <= i1_refs;
     i3_valid_q       <= i2_valid_q;
     i3_context_q     <= i2_context_q;
+    i3_mail_q        <= i2_mail_q;
     i3_event_q       <= i2_event;
     i3_inline_q      <= i2_inline;
     i3_from_list_q   <= i2_from_list;
     i3_entry_q       <= i2_entry[WordEntryBits-1:0];
-    i3_next_q        <= i2_next_q;
+    i3_after_q       <= i2_next_q + 1'b1;
     i3_count_q       <= i2_refs_q.count;
     i4_valid_q       <= i3_valid_q;
     i4_context_q     <= i3_context_q;
+    i4_mail_q        <= i3_mail_q;
     i4_event_q       <= i3_event_q;
     i4_inline_q      <= i3_inline_q;
     i4_from_list_q   <= i3_from_list_q;
     i4_entry_q       <= i3_entry_q;
-    i4_next_q        <= i3_next_q;
-    i4_count_q       <= i3_count_q;
+    i4_after_q       <= i3_after_q;
+    i4_final_q       <= i3_after_q == i3_count_q;
     i5_here_q        <= i4_valid_q;
     i5_context_q     <= i4_context_q;
+    i5_mail_q        <= i4_mail_q;
     i5_event_q       <= i4_event_q;
     i5_inline_q      <= i4_inline_q;
     i5_from_list_q   <= i4_from_list_q;
     i5_entry_q       <= i4_entry_q;
-    i5_next_q        <= i4_next_q;
-    i5_count_q       <= i4_count_q;
+    i5_after_q       <= i4_after_q;
+    i5_final_q       <= i4_final_q;
     i6_valid_q       <= i5_valid;
     i6_context_q     <= i5_context_q;
+    i6_mail_q        <= i5_mail_q;
     i5_any_q         <= any_q[i4_context_q];
     i5_has_hit_q     <= has_hit_i[i4_context_q];
     i6_killed_q      <= i5_any_q && i5_has_hit_q;
     i6_event_q       <= i5_event_q;
     i6_index_q       <= i5_from_list_q ? i5_entries[i5_entry_q] : EntryBits'(i5_inline_q);
-    i6_next_q        <= i5_next_q;
-    i6_count_q       <= i5_count_q;
+    i6_after_q       <= i5_after_q;
+    i6_final_q       <= i5_final_q;
     i7_valid_q       <= i6_valid_q;
     i7_context_q     <= i6_context_q;
+    i7_mail_q        <= i6_mail_q;
     i7_event_q       <= i6_event;
     i7_known_q       <= i6_known && i6_event == rt_core_pkg::EventGoOn;
     i7_index_q       <= i6_index_q[23:0];
-    i7_after_q       <= i6_next_q + 1'b1;
-    i7_count_q       <= i6_count_q;
+    i7_after_q       <= i6_after_q;
+    i7_final_q       <= i6_final_q;
     i8_valid_q       <= i7_valid_q;
     i8_context_q     <= i7_context_q;
+    i8_mail_q        <= i7_mail_q;
     i8_event_q       <= i7_event_q;
     i8_known_q       <= i7_known_q;
     i8_index_q       <= i7_index_q;
     i8_after_q       <= i7_after_q;
-    i8_count_q       <= i7_count_q;
+    i8_final_q       <= i7_final_q;
     i9_here_q        <= i8_valid_q;
     i9_context_q     <= i8_context_q;
+    i9_mail_q        <= i8_mail_q;
     i9_event_q       <= i8_event_q;
     i9_known_q       <= i8_known_q;
     i9_index_q       <= i8_index_q;
     i9_after_q       <= i8_after_q;
-    i9_final_q       <= i8_after_q == i8_count_q;
-    i8_ray_q         <= i7_ray;
-    i9_ray_q         <= i8_ray_q;
+    i9_final_q       <= i8_final_q;
+    i9_ray_q         <= rt_core_pkg::test_ray_of(i8_axes);
     done_q           <= i9_done && rst_ni;
     done_missed_q    <= i9_missed && rst_ni;
     done_test_q      <= out_test_o;
     done_context_q   <= i9_context_q;
+    done_mail_q      <= i9_mail_q;
     done_after_q     <= i9_after_q;
     done_index_q     <= i9_index_q;
     rest_q           <= i9_replay || (i9_done && !i9_last);
