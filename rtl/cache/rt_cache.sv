@@ -23,7 +23,7 @@
 //             several ports it is the least recently used way of those hits that were seen. Only the misses of all ports, one a clock, are compared
 //             with the MSHRs, so that these do not grow with the ports.
 // Misses      Mshrs in flight; a second miss on a line joins the first. One miss a clock, first or second, of all ports.
-// Latency     Hit 3 clocks, one lookup a clock and port. Miss: the request is offered 4 clocks after the answer, if no other is before it.
+// Latency     Hit 3 clocks, one lookup a clock and port. Miss: the request is offered 5 clocks after the answer, if no other is before it.
 // Source      Kroft 1981 (miss registers).
 `include "rt_assert.svh"
 module rt_cache #(
@@ -134,7 +134,7 @@ module rt_cache #(
   end
 
   // A line that is going to be fetched: its way becomes invalid as soon as no fill ends.
-  logic  taken_q, taken_way_q;
+  logic  taken_q, taken_now_q, taken_way_q;
   key_t  taken_key_q;
   // A fill whose last beat has come; in the clock in which done_q is 1 its tag is written, and the last beat.
   logic  ending_q, ending_way_q, ending_error_q, done_q, done_error_q;
@@ -309,6 +309,7 @@ module rt_cache #(
     wait_mshr_q   <= allocate ? free_q : joined;
     wait_waiter_q <= place_miss_q.waiter;
     wait_port_q   <= place_port_q;
+    taken_now_q   <= allocate && rst_ni;
     taken_q       <= (allocate || (taken_q && ending_q)) && rst_ni;
     if (allocate) begin
       taken_key_q <= place_miss_q.key;
@@ -425,9 +426,9 @@ module rt_cache #(
   ) u_fill_keys (
       .clk_i,
       .rst_ni,
-      .write_en_i  (allocate),
-      .write_addr_i(free_q),
-      .write_data_i(place_miss_q.key),
+      .write_en_i  (taken_now_q),
+      .write_addr_i(wait_mshr_q),
+      .write_data_i(taken_key_q),
       .read_addr_i (fill_mshr_q),
       .read_data_o (fill_key)
   );
@@ -446,9 +447,9 @@ module rt_cache #(
   ) u_fetches (
       .clk_i,
       .rst_ni,
-      .in_valid_i (allocate),
+      .in_valid_i (taken_now_q),
       .in_ready_o (fetch_room),
-      .in_data_i  ('{key: place_miss_q.key, mshr: free_q}),
+      .in_data_i  ('{key: taken_key_q, mshr: wait_mshr_q}),
       .out_valid_o(fetch_valid_o),
       .out_ready_i(fetch_ready_i),
       .out_data_o (fetch),
@@ -521,8 +522,6 @@ module rt_cache #(
 
   // --- the way to drop next ---
   if (Ways == 2) begin : gen_older
-    logic miss_q;  // a line takes the way
-    always_ff @(posedge clk_i) miss_q <= allocate;
     // Noted when it suits: which way is older is no more than a good guess.
     rt_ram_sdp #(
         .Depth  (Sets),
@@ -531,9 +530,9 @@ module rt_cache #(
     ) u_older (
         .clk_i,
         .rst_ni,
-        .write_en_i  (miss_q || seen_q),
-        .write_addr_i(miss_q ? taken_key_q[SetBits-1:0] : seen_set_q),
-        .write_data_i(miss_q ? !taken_way_q : !seen_way_q),
+        .write_en_i  (taken_now_q || seen_q),
+        .write_addr_i(taken_now_q ? taken_key_q[SetBits-1:0] : seen_set_q),
+        .write_data_i(taken_now_q ? !taken_way_q : !seen_way_q),
         .read_en_i   (match_q),
         .read_addr_i (match_miss_q.key[SetBits-1:0]),
         .read_data_o (older)
@@ -545,6 +544,6 @@ module rt_cache #(
   `RT_ASSERT(FillIsExpected, !fill_valid_q || active_q[fill_mshr_q])
   `RT_ASSERT(FillHasItsLength, !fill_valid_q || fill_last_q || fill_beat != BeatBits'(FillBeats - 1))
   `RT_ASSERT(InvalidBeforeFill, !fill_valid_q || !taken_q || taken_key_q != fill_key)
-  `RT_ASSERT(FetchesHaveRoom, !allocate || fetch_room)
+  `RT_ASSERT(FetchesHaveRoom, !taken_now_q || fetch_room)
   `RT_ASSERT(FlushWhenIdle, !flushing_o || (active_q == '0 && look1_q == '0 && look2_q == '0 && look3_q == '0 && missed_q == '0 && !match_q && !place_q))
 endmodule

@@ -112,12 +112,17 @@ module rt_core #(
 
   rt_core_pkg::image_view_t view;
   logic                     flush, rays_start;
-  logic [2:0]               flushing;
+  logic [2:0]               unit_flush, flushing;  // nodes, leaves, lists and triangles
+  rt_copies #(
+      .Copies(3)
+  ) u_flushes (
+      .clk_i,
+      .data_i(flush),
+      .data_o(unit_flush)
+  );
 
   localparam int unsigned ReadIndexBits = $clog2(rt_core_pkg::Sources);
-  localparam int unsigned LaneIndexBits = Lanes > 1 ? $clog2(Lanes) : 1;
   logic [ReadIndexBits-1:0] read_index_unused;
-  logic [LaneIndexBits-1:0] arrival_index_unused;
   logic                     end_index_unused;
 
   // --- read requests: one round-robin choice of all units, which have a register each, behind the sum that is the address; another behind it ---
@@ -432,7 +437,7 @@ module rt_core #(
   ) u_node_cache (
       .clk_i,
       .rst_ni       (rst_n[ResetNodes]),
-      .flush_i      (flush),
+      .flush_i      (unit_flush[0]),
       .flushing_o   (flushing[0]),
       .req_valid_i  (look_valid),
       .req_key_i    (look_key),
@@ -460,38 +465,34 @@ module rt_core #(
       view.pair_base, 30'({node_key, (LinePairBits + 4)'(0)}), 16 * LinePairs, rt_core_pkg::SourceNode, node_mshr);
 
   // --- arrivals: to the leaf unit, or straight to the result unit ---
-  logic     first_valid, first_ready, arrival_valid, arrival_ready, arrival_ends;
+  logic     first_valid, arrival_room, arrival_valid, arrival_ready, arrival_ends;
   arrival_t first_arrival, arrival;
-  rt_arbiter #(
+  rt_turns #(
       .NumInputs(Lanes),
       .data_t   (arrival_t)
-  ) u_arrival_arbiter (
+  ) u_arrival_turns (
       .clk_i,
       .rst_ni     (wires_rst_n),
       .in_valid_i (out_valid),
       .in_ready_o (out_ready),
       .in_data_i  (out_arrival),
-      .in_last_i  ('1),
+      .room_i     (arrival_room),
       .out_valid_o(first_valid),
-      .out_ready_i(first_ready),
-      .out_data_o (first_arrival),
-      .out_index_o(arrival_index_unused)
+      .out_data_o (first_arrival)
   );
-  localparam int unsigned ArrivalDepth = 4;
-  logic [$clog2(ArrivalDepth+1)-1:0] arrival_usage_unused;
-  rt_fifo #(
-      .Depth (ArrivalDepth),
+  rt_queue #(
+      .Depth (8),
+      .Ahead (1),
       .data_t(arrival_t)
   ) u_arrivals (
       .clk_i,
       .rst_ni     (wires_rst_n),
       .in_valid_i (first_valid),
-      .in_ready_o (first_ready),
+      .in_ready_o (arrival_room),
       .in_data_i  (first_arrival),
       .out_valid_o(arrival_valid),
       .out_ready_i(arrival_ready),
-      .out_data_o (arrival),
-      .usage_o    (arrival_usage_unused)
+      .out_data_o (arrival)
   );
   assign arrival_ends = arrival.arrival.event_code != rt_core_pkg::EventGoOn;
 
@@ -501,8 +502,8 @@ module rt_core #(
   } direct_t;
   logic [1:0] end_valid, end_ready;
   direct_t    end_data[2];
-  logic       chosen_valid, chosen_ready, skid_valid, skid_ready, direct_valid, direct_ready;
-  direct_t    chosen, skid_data, direct;
+  logic       chosen_valid, chosen_ready, direct_valid, direct_ready;
+  direct_t    chosen, direct;
   assign end_valid[0]  = arrival_valid && arrival_ends;
   assign end_data[0]   = '{ctx: arrival.ctx, event_code: arrival.arrival.event_code};
   assign arrival_ready = !arrival_ends || end_ready[0];
@@ -529,19 +530,6 @@ module rt_core #(
       .in_valid_i (chosen_valid),
       .in_ready_o (chosen_ready),
       .in_data_i  (chosen),
-      .out_valid_o(skid_valid),
-      .out_ready_i(skid_ready),
-      .out_data_o (skid_data)
-  );
-  // Not before what is known of the leaf has been stored.
-  rt_skid #(
-      .data_t(direct_t)
-  ) u_direct_skid (
-      .clk_i,
-      .rst_ni     (wires_rst_n),
-      .in_valid_i (skid_valid),
-      .in_ready_o (skid_ready),
-      .in_data_i  (skid_data),
       .out_valid_o(direct_valid),
       .out_ready_i(direct_ready),
       .out_data_o (direct)
@@ -559,7 +547,7 @@ module rt_core #(
   ) u_leaf (
       .clk_i,
       .rst_ni              (rst_n[ResetLeaves]),
-      .flush_i             (flush),
+      .flush_i             (unit_flush[1]),
       .flushing_o          (flushing[1]),
       .view_i              (view),
       .parent_links_i      (parent_links_q),
@@ -632,7 +620,7 @@ module rt_core #(
   ) u_references (
       .clk_i,
       .rst_ni                (rst_n[ResetReferences]),
-      .flush_i               (flush),
+      .flush_i               (unit_flush[2]),
       .flushing_o            (flushing[2]),
       .view_i                (view),
       .mailbox_i             (mailbox_q),
@@ -683,31 +671,21 @@ module rt_core #(
     test_tag_t                            tag;
     rt_contract_pkg::tri_test_in_record_t data;
   } test_t;
-  // Through a register; a place is kept for what is in it.
-  localparam int unsigned TestDepth = 4;
-  test_t                          test_q, entering;
-  logic                           test_valid_q, test_room, entering_valid, entering_ready;
-  logic [$clog2(TestDepth+1)-1:0] test_usage;
-  assign test_ready = 32'(test_usage) <= TestDepth - 2;
-  always_ff @(posedge clk_i) begin
-    test_valid_q <= test_valid && wires_rst_n;
-    test_q       <= '{tag: test_tag, data: test_data};
-  end
-  rt_fifo #(
-      .Depth (TestDepth),
+  test_t entering;
+  logic  entering_valid, entering_ready;
+  rt_queue #(
+      .Depth (4),
       .data_t(test_t)
   ) u_tests (
       .clk_i,
       .rst_ni     (wires_rst_n),
-      .in_valid_i (test_valid_q),
-      .in_ready_o (test_room),
-      .in_data_i  (test_q),
+      .in_valid_i (test_valid),
+      .in_ready_o (test_ready),
+      .in_data_i  ('{tag: test_tag, data: test_data}),
       .out_valid_o(entering_valid),
       .out_ready_i(entering_ready),
-      .out_data_o (entering),
-      .usage_o    (test_usage)
+      .out_data_o (entering)
   );
-  `RT_ASSERT(TestHasRoom, !test_valid_q || test_room)
   rt_tri_test #(
       .tag_t(test_tag_t)
   ) u_tri_test (

@@ -259,18 +259,9 @@ module rt_lane #(
     context_t              ctx;
     rt_core_pkg::arrival_t arrival;
   } out_t;
-  localparam int unsigned OutDepth = 4;
-  // Through a register; a place is kept for what is in it.
-  out_t                          out_in, out_q, out_data;
-  logic                          out_valid_q, out_room;
-  logic [$clog2(OutDepth+1)-1:0] out_usage;
-  assign out_ready = 32'(out_usage) <= OutDepth - 2;
-  always_ff @(posedge clk_i) begin
-    out_valid_q <= s5_out && out_ready && rst_ni;
-    out_q       <= out_in;
-  end
+  out_t out_in, out_data;
   always_comb begin
-    out_in.ctx            = s5_context_q;
+    out_in.ctx                = s5_context_q;
     out_in.arrival.event_code = s5_event_q;
     out_in.arrival.leaf       = s5_child;
     out_in.arrival.size       = s5_size;
@@ -278,19 +269,18 @@ module rt_lane #(
     out_in.arrival.t          = s5_segment_q.t;
     out_in.arrival.steps      = s5_steps_q;
   end
-  rt_fifo #(
-      .Depth (OutDepth),
+  rt_queue #(
+      .Depth (4),
       .data_t(out_t)
   ) u_out (
       .clk_i,
       .rst_ni,
-      .in_valid_i (out_valid_q),
-      .in_ready_o (out_room),
-      .in_data_i  (out_q),
+      .in_valid_i (s5_out && out_ready),
+      .in_ready_o (out_ready),
+      .in_data_i  (out_in),
       .out_valid_o,
       .out_ready_i,
-      .out_data_o (out_data),
-      .usage_o    (out_usage)
+      .out_data_o (out_data)
   );
   assign out_context_o = out_data.ctx;
   assign out_data_o    = out_data.arrival;
@@ -450,6 +440,4 @@ module rt_lane #(
   assign events_o.starved = !s0_valid;
   assign down_o           = descend_enter;
   assign up_o             = backtrack_enter;
-
-  `RT_ASSERT(OutHasRoom, !out_valid_q || out_room)
 endmodule

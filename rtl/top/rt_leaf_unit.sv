@@ -332,14 +332,31 @@ module rt_leaf_unit #(
     leave_o.steps  = tag_out.steps + 32'(tag_out.count);
   end
   assign at_once         = result != rt_core_pkg::EventGoOn || tag_out.count == '0;
-  assign exit_take       = !at_once || out_ready_i;
-  assign out_valid_o     = exit_valid && at_once;
-  assign out_context_o   = tag_out.ctx;
-  assign out_event_o     = result;
-  assign iter_valid_o    = exit_valid && !at_once;
+  assign iter_valid_o    = exit_valid && exit_take && !at_once;
   assign iter_context_o  = tag_out.ctx;
-  assign leave_valid_o   = exit_valid;
+  assign leave_valid_o   = exit_valid && exit_take;
   assign leave_context_o = tag_out.ctx;
+  // Whatever it is, it leaves the stage only if it could be something for the queue: so the stage need not wait for what it is.
+  typedef struct packed {
+    context_t                 ctx;
+    rt_contract_pkg::status_t event_code;
+  } direct_t;
+  direct_t out_data;
+  rt_queue #(
+      .Depth (4),
+      .data_t(direct_t)
+  ) u_out (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (exit_valid && exit_take && at_once),
+      .in_ready_o (exit_take),
+      .in_data_i  ('{ctx: tag_out.ctx, event_code: result}),
+      .out_valid_o,
+      .out_ready_i,
+      .out_data_o (out_data)
+  );
+  assign out_context_o = out_data.ctx;
+  assign out_event_o   = out_data.event_code;
 
   assign push_valid[Arrivals]   = in_valid_q;
   assign push_context[Arrivals] = in_context_q;

@@ -215,27 +215,29 @@ module rt_ray_unit #(
 
   logic [RayBeats-1:0][DataBits-1:0] gather_q;
   logic [BeatBits-1:0]               beat_q;  // of the ray that is being put together
-  logic                              ray_valid_q, ray_error_q, ray_taken, last_beat;
+  logic                              gathered_q, ray_valid_q, ray_error_q, ray_taken, last_beat;
   logic [31:0]                       ray_index_q;
   logic [2:0]                        ray_number_q;  // rays of the oldest burst before this one
   rt_contract_pkg::ray_record_t      ray;
-  assign beat_take = !ray_valid_q;
+  assign beat_take = !gathered_q && !ray_valid_q;
   assign last_beat = beat_valid && beat_take && beat_q == BeatBits'(RayBeats - 1);
-  assign burst_ends = last_beat && ray_number_q + 3'd1 == order.count;
+  assign burst_ends = gathered_q && ray_number_q + 3'd1 == order.count;
   assign ray       = rt_contract_pkg::RayUsedBits'(gather_q);
   always_ff @(posedge clk_i) begin
+    gathered_q <= last_beat;
     if (ray_taken) ray_valid_q <= 1'b0;
     if (beat_valid && beat_take) begin
       gather_q    <= {beat.data, gather_q[RayBeats-1:1]};
       beat_q      <= last_beat ? '0 : beat_q + 1'b1;
-      ray_valid_q <= last_beat;
       ray_error_q <= beat.error || (beat_q != '0 && ray_error_q);
     end
-    if (last_beat) begin
+    if (gathered_q) begin
+      ray_valid_q  <= 1'b1;
       ray_index_q  <= order.index + 32'(ray_number_q);
       ray_number_q <= burst_ends ? '0 : ray_number_q + 3'd1;
     end
     if (!rst_ni) begin
+      gathered_q   <= 1'b0;
       ray_valid_q  <= 1'b0;
       beat_q       <= '0;
       ray_number_q <= '0;
@@ -352,7 +354,7 @@ module rt_ray_unit #(
     info_o = '{index: setup_tag.index, any: setup_out.any, t_max: setup_out.t_max};
   end
 
-  `RT_ASSERT(RayIsExpected, !last_beat || order_valid)
+  `RT_ASSERT(RayIsExpected, !gathered_q || order_valid)
   `RT_ASSERT(BeatsHaveRoom, !fill_valid_q || beat_room)
   `RT_ASSERT(FreesWhatIsUsed, !free_valid_i || (used_q != '0 && freed_room))
   `RT_ASSERT(BlockIsPowerOfTwo, BlockRays == (1 << BlockBits))

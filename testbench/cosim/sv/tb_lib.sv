@@ -5,7 +5,7 @@
 // Arithmetic  Operands come in 64 bits, results sign- or zero-extended to 128 and 64 bits. The latencies come from the modules' package.
 `include "rt_assert.svh"
 module tb_lib #(
-    localparam int unsigned Streams = 13,
+    localparam int unsigned Streams = 15,
     localparam int unsigned Muls = 6,
     localparam int unsigned Divs = 6,
     localparam int unsigned DivSeqs = 3,
@@ -58,6 +58,12 @@ module tb_lib #(
     output logic               arb_one_ready_o,
     output logic               arb_one_valid_o,
     output logic        [31:0] arb_one_data_o,
+    // The one that chooses a clock ahead, with the arbiter's data.
+    input  logic        [ArbInputs-1:0] turns_valid_i,
+    output logic        [ArbInputs-1:0] turns_ready_o,
+    input  logic               turns_room_i,
+    output logic               turns_valid_o,
+    output logic        [31:0] turns_data_o,
     // RAM without and with forwarding, a depth that is no power of two.
     input  logic               ram_write_i,
     input  logic        [6:0]  ram_write_addr_i,
@@ -174,6 +180,57 @@ module tb_lib #(
     assign interval_o[Index] = PipeInterval[i];
   end
 
+  // Queues behind a register: one that is written to as soon as it has room, one behind turns that were chosen a clock before.
+  localparam int unsigned QueueIndex = 1 + Fifos + Pipes;
+  rt_queue #(
+      .Depth (4),
+      .data_t(word_t)
+  ) u_queue (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (in_valid_i[QueueIndex] && in_ready_o[QueueIndex]),
+      .in_ready_o (in_ready_o[QueueIndex]),
+      .in_data_i  (in_data_i[QueueIndex]),
+      .out_valid_o(out_valid_o[QueueIndex]),
+      .out_ready_i(out_ready_i[QueueIndex]),
+      .out_data_o (out_data_o[QueueIndex])
+  );
+  assign latency_o[QueueIndex]  = 2;
+  assign interval_o[QueueIndex] = 1;
+
+  word_t turn_data[1], turned;
+  logic turn_room, turn_valid;
+  assign turn_data[0] = in_data_i[QueueIndex+1];
+  rt_turns #(
+      .NumInputs(1),
+      .data_t   (word_t)
+  ) u_turn (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (in_valid_i[QueueIndex+1]),
+      .in_ready_o (in_ready_o[QueueIndex+1]),
+      .in_data_i  (turn_data),
+      .room_i     (turn_room),
+      .out_valid_o(turn_valid),
+      .out_data_o (turned)
+  );
+  rt_queue #(
+      .Depth (3),
+      .Ahead (1),
+      .data_t(word_t)
+  ) u_turn_queue (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (turn_valid),
+      .in_ready_o (turn_room),
+      .in_data_i  (turned),
+      .out_valid_o(out_valid_o[QueueIndex+1]),
+      .out_ready_i(out_ready_i[QueueIndex+1]),
+      .out_data_o (out_data_o[QueueIndex+1])
+  );
+  assign latency_o[QueueIndex+1]  = 2;
+  assign interval_o[QueueIndex+1] = 2;
+
   // ------------------------------------------------------------------------------------------------------------- arithmetic
   localparam int unsigned MulA[Muls] = '{27, 32, 18, 27, 10, 35};
   localparam int unsigned MulB[Muls] = '{27, 27, 18, 12, 30, 35};
@@ -268,6 +325,20 @@ module tb_lib #(
       .out_ready_i(arb_ready_i),
       .out_data_o (arb_data_o),
       .out_index_o(arb_index_o)
+  );
+
+  rt_turns #(
+      .NumInputs(ArbInputs),
+      .data_t   (word_t)
+  ) u_turns (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (turns_valid_i),
+      .in_ready_o (turns_ready_o),
+      .in_data_i  (arb_data),
+      .room_i     (turns_room_i),
+      .out_valid_o(turns_valid_o),
+      .out_data_o (turns_data_o)
   );
 
   word_t one_data[1];
