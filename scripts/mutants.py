@@ -16,6 +16,7 @@ from concurrent.futures import ThreadPoolExecutor
 STAGE = {name: ("rt_" + name, "rtl_stages_test", "*" + name) for name in
          ("ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish")}
 LIB = ("tb_lib", "rtl_lib_test", "*")
+CACHES = ("tb_cache", "rtl_cache_test", "*")
 PARTS = ("tb_board", "board_units_test", "*")
 BOARD = ("rt_board", "board_test", "BoardLink.*")
 
@@ -38,7 +39,7 @@ MUTANTS = [
     ("the low partial product is missing", "lib/rt_mul.sv", "outer_q    <= {high_q, low_q};", "outer_q    <= {high_q, {(2 * PieceBits) {1'b0}}};", LIB),
     # Ties and bounds.
     ("a tie goes near", "stages/rt_kd_descend.sv", "late.t < plane", "late.t <= plane", STAGE["kd_descend"]),
-    ("an origin in the split plane goes left", "stages/rt_kd_descend.sv", "in_data_i.origin < in_data_i.split", "in_data_i.origin <= in_data_i.split",
+    ("an origin in the split plane goes left", "stages/rt_kd_descend.sv", "early_q.origin < early_q.split", "early_q.origin <= early_q.split",
      STAGE["kd_descend"]),
     ("the highest axis wins a tie", "stages/rt_leaf_exit.sv", "t_plane[1] < t_plane[0]", "t_plane[1] <= t_plane[0]", STAGE["leaf_exit"]),
     ("an exit at t counts as broken", "stages/rt_leaf_exit.sv", "t_plane[axis] < late.t", "t_plane[axis] <= late.t", STAGE["leaf_exit"]),
@@ -78,6 +79,15 @@ MUTANTS = [
     ("the sequential divider forgets to wait for its output", "lib/rt_div_seq.sv", "default: if (out_ready_i) state_q <= Idle;",
      "default: state_q <= Idle;", LIB),
     ("the RAM does not forward", "lib/rt_ram_sdp.sv", "use_forward_q ? forward_q : read_q", "read_q", LIB),
+    # The caches.
+    ("a line is hit while it is overwritten", "cache/rt_cache.sv", ": taken_q && taken_way_q == 1'(w));", ": 1'b0);", CACHES),
+    ("a tag is believed while it is written", "cache/rt_cache.sv", "unsure2_q[p]    <= unsure1_q[p];", "unsure2_q[p]    <= 1'b0;", CACHES),
+    ("two misses on one line fetch it twice", "cache/rt_cache.sv", "same_q[free_q] <= place_miss_q.key == match_miss_q.key;", "same_q[free_q] <= 1'b0;", CACHES),
+    ("a line that could not be read stays", "cache/rt_cache.sv", "ending_q && !ending_error_q;", "ending_q;", CACHES),
+    ("a way is taken while it is filled", "cache/rt_cache.sv", "set_q & (active_q | fresh_q)", "set_q & fresh_q", CACHES),
+    ("a line is joined that has just ended", "cache/rt_cache.sv", "&& !(done_q && line[done_mshr_q]);", ";", CACHES),
+    ("a miss register is taken while somebody waits for its line", "cache/rt_cache.sv", "~active_q & ~waited_for &", "~active_q &", CACHES),
+    ("the last of a list is not woken", "cache/rt_waiters.sv", "walk_q        <= walk_waiter_q != walk_last_q;", "walk_q        <= walk_next_waiter != walk_last_q;", CACHES),
     # The board.
     ("a damaged frame is carried out", "board/rt_link_rx.sv", "good_o  <= crc_q == rt_board_pkg::CrcGood &&", "good_o  <=", BOARD),
     ("a repeated frame is carried out again", "board/rt_link.sv", "assign repeated = last_valid_q &&", "assign repeated = 1'b0 &&", BOARD),

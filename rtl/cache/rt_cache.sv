@@ -133,9 +133,10 @@ module rt_cache #(
     if (!rst_ni) free_valid_q <= 1'b0;
   end
 
-  // A line that is going to be fetched: its way becomes invalid as soon as no fill ends.
-  logic  taken_q, taken_now_q, taken_way_q;
+  // A line that is going to be fetched: as soon as no fill ends its way becomes invalid, and it is asked for.
+  logic  taken_q, taken_now_q, taken_way_q, taken_leaves;
   key_t  taken_key_q;
+  mshr_t taken_mshr_q;
   // A fill whose last beat has come; in the clock in which done_q is 1 its tag is written, and the last beat.
   logic  ending_q, ending_way_q, ending_error_q, done_q, done_error_q;
   key_t  fill_key, ending_key_q;
@@ -294,9 +295,10 @@ module rt_cache #(
     for (int unsigned w = 0; w < Ways; w++) open[w] = (set_q & (active_q | fresh_q) & (way_q ^ {Mshrs{w == 0}})) == '0;
     victim    = Ways == 2 && (open[0] && open[Ways-1] ? older : open[Ways-1]);
     join_line = place_q && line != '0 && !(done_q && line[done_mshr_q]);
-    allocate  = place_q && (same_q & (active_q | fresh_q | recent_q | aging_q)) == '0 && free_valid_q && open != '0 && !(taken_q && ending_q);
+    allocate  = place_q && (same_q & (active_q | fresh_q | recent_q | aging_q)) == '0 && free_valid_q && open != '0 && (!taken_q || taken_leaves);
   end
-  assign miss_o = allocate;
+  assign miss_o       = allocate;
+  assign taken_leaves = taken_q && !ending_q;
 
   // --- c + 7: who waits ---
   logic    wait_line_q, wait_any_q;
@@ -310,10 +312,11 @@ module rt_cache #(
     wait_waiter_q <= place_miss_q.waiter;
     wait_port_q   <= place_port_q;
     taken_now_q   <= allocate && rst_ni;
-    taken_q       <= (allocate || (taken_q && ending_q)) && rst_ni;
+    taken_q       <= (allocate || (taken_q && !taken_leaves)) && rst_ni;
     if (allocate) begin
-      taken_key_q <= place_miss_q.key;
-      taken_way_q <= victim;
+      taken_key_q  <= place_miss_q.key;
+      taken_mshr_q <= free_q;
+      taken_way_q  <= victim;
     end
   end
   localparam int unsigned WokenBits = $clog2(RetryClocks + 1);
@@ -427,7 +430,7 @@ module rt_cache #(
       .clk_i,
       .rst_ni,
       .write_en_i  (taken_now_q),
-      .write_addr_i(wait_mshr_q),
+      .write_addr_i(taken_mshr_q),
       .write_data_i(taken_key_q),
       .read_addr_i (fill_mshr_q),
       .read_data_o (fill_key)
@@ -447,9 +450,9 @@ module rt_cache #(
   ) u_fetches (
       .clk_i,
       .rst_ni,
-      .in_valid_i (taken_now_q),
+      .in_valid_i (taken_leaves),
       .in_ready_o (fetch_room),
-      .in_data_i  ('{key: taken_key_q, mshr: wait_mshr_q}),
+      .in_data_i  ('{key: taken_key_q, mshr: taken_mshr_q}),
       .out_valid_o(fetch_valid_o),
       .out_ready_i(fetch_ready_i),
       .out_data_o (fetch),
@@ -544,6 +547,6 @@ module rt_cache #(
   `RT_ASSERT(FillIsExpected, !fill_valid_q || active_q[fill_mshr_q])
   `RT_ASSERT(FillHasItsLength, !fill_valid_q || fill_last_q || fill_beat != BeatBits'(FillBeats - 1))
   `RT_ASSERT(InvalidBeforeFill, !fill_valid_q || !taken_q || taken_key_q != fill_key)
-  `RT_ASSERT(FetchesHaveRoom, !taken_now_q || fetch_room)
+  `RT_ASSERT(FetchesHaveRoom, !taken_leaves || fetch_room)
   `RT_ASSERT(FlushWhenIdle, !flushing_o || (active_q == '0 && look1_q == '0 && look2_q == '0 && look3_q == '0 && missed_q == '0 && !match_q && !place_q))
 endmodule

@@ -31,6 +31,16 @@ module rt_kd_descend #(
     rt_contract_pkg::pair_index_t child;
   } pass_t;
 
+  // A register before the comparison: what comes in has been chosen in the same clock.
+  typedef struct packed {
+    rt_contract_pkg::t_t t;
+    logic zero;
+    logic negative;
+    rt_contract_pkg::position_t origin;
+    rt_contract_pkg::position_t split;
+  } early_t;
+
+  early_t early_q;
   late_t late_in, late;
   pass_t pass_in, pass;
   rt_contract_pkg::t_t plane;
@@ -46,14 +56,18 @@ module rt_kd_descend #(
       .t_o         (plane)
   );
 
-  assign late_in = '{
-          t: in_data_i.t,
-          zero: in_data_i.zero,
-          negative: in_data_i.negative,
-          below: in_data_i.origin < in_data_i.split
-      };
+  always_ff @(posedge clk_i) begin
+    early_q <= '{
+            t: in_data_i.t,
+            zero: in_data_i.zero,
+            negative: in_data_i.negative,
+            origin: in_data_i.origin,
+            split: in_data_i.split
+        };
+  end
+  assign late_in = '{t: early_q.t, zero: early_q.zero, negative: early_q.negative, below: early_q.origin < early_q.split};
   rt_delay #(
-      .Cycles(rt_stage_pkg::TPlaneLatency),
+      .Cycles(rt_stage_pkg::TPlaneLatency - 1),
       .data_t(late_t)
   ) u_late (
       .clk_i,
