@@ -27,6 +27,9 @@ std::uint64_t word_of(unsigned key, unsigned word) {
   return beat_of(key, 2 * word) | std::uint64_t{beat_of(key, 2 * word + 1)} << 32;
 }
 
+// The first lines and the last ones: their tags are each other's complements, which is what a tag reads as while it is written.
+unsigned key_of(unsigned line) { return line % 2 ? 255 - line : line; }
+
 template <typename Vector>
 void put(Vector& vector, int at, int width, std::uint64_t value) {
   const std::uint64_t mask = ((std::uint64_t{1} << width) - 1) << at;
@@ -67,7 +70,8 @@ struct Side {
     for (int p = 0; p < kPortsOf[cache]; ++p) {
       for (auto& waiter : waiters[p])
         if (waiter.state == Waiter::kIdle && !draining && random.chance(4))
-          waiter = {Waiter::kReady, static_cast<unsigned>(random.below(keys)), static_cast<unsigned>(random.below(kWords)), bench.clock()};
+          waiter = {Waiter::kReady, key_of(static_cast<unsigned>(random.below(keys))),
+                    static_cast<unsigned>(random.below(kWords)), bench.clock()};
       int who = -1;
       const auto first = static_cast<int>(random.below(kWaiters));
       for (int i = 0; i < kWaiters && who < 0; ++i)
@@ -105,8 +109,10 @@ struct Side {
       if (answers[p] >= 0) {
         auto& waiter = waiters[p][answers[p]];
         if (get(bench->rsp_hit_o, at(p), 1)) {
-          const std::uint64_t data = bench->rsp_data_o[2 * at(p)] | std::uint64_t{bench->rsp_data_o[2 * at(p) + 1]} << 32;
-          ASSERT_EQ(data, word_of(waiter.key, waiter.word)) << "cache " << cache << " port " << p << " key " << waiter.key << " clock " << bench.clock();
+          const std::uint64_t data = bench->rsp_data_o[2 * at(p)] | std::uint64_t{bench->rsp_data_o[2 * at(p) + 1]}
+                                                                        << 32;
+          ASSERT_EQ(data, word_of(waiter.key, waiter.word))
+              << "cache " << cache << " port " << p << " key " << waiter.key << " clock " << bench.clock();
           ASSERT_TRUE(readable.contains(waiter.key)) << "a hit on a line that nobody has read, key " << waiter.key;
           ++hits;
           longest = std::max(longest, bench.clock() - waiter.since);
@@ -121,20 +127,24 @@ struct Side {
         ASSERT_EQ(waiter.state, Waiter::kWaiting) << "cache " << cache << " port " << p << ": woken, and does not wait";
         waiter.state = Waiter::kReady;
         if (get(bench->wake_error_o, at(p), 1)) {
-          ASSERT_TRUE(failed.contains(waiter.key) && failed[waiter.key] >= waiter.since) << "an error of another line or time, key " << waiter.key;
+          ASSERT_TRUE(failed.contains(waiter.key) && failed[waiter.key] >= waiter.since)
+              << "an error of another line or time, key " << waiter.key;
           ++errors;
           waiter.state = Waiter::kIdle;
         }
       }
       for (const auto& waiter : waiters[p])
-        ASSERT_TRUE(waiter.state == Waiter::kIdle || bench.clock() - waiter.since < 20000) << "cache " << cache << " port " << p << ": starves";
+        ASSERT_TRUE(waiter.state == Waiter::kIdle || bench.clock() - waiter.since < 20000)
+            << "cache " << cache << " port " << p << ": starves";
     }
     if (filling) {
       auto& fetch = fetches.at(*filling);
       if (fetch.beat == fetch.error_beat) failed[fetch.key] = bench.clock();
       if (++fetch.beat == kBeats) {
-        if (fetch.error_beat < kBeats) failed[fetch.key] = bench.clock();
-        else readable.insert(fetch.key);
+        if (fetch.error_beat < kBeats)
+          failed[fetch.key] = bench.clock();
+        else
+          readable.insert(fetch.key);
         fetches.erase(*filling);
       }
     }
@@ -144,7 +154,8 @@ struct Side {
       ASSERT_LT(mshr, kMshrsOf[cache]);
       ASSERT_FALSE(fetches.contains(mshr)) << "miss register " << mshr << " fetches two lines";
       for (const auto& [other, fetch] : fetches) ASSERT_NE(fetch.key, key) << "fetched twice at once";
-      fetches[mshr] = {key, 0, random.below(100) < error_percent ? static_cast<unsigned>(random.below(kBeats)) : kBeats};
+      fetches[mshr] = {key, 0,
+                       random.below(100) < error_percent ? static_cast<unsigned>(random.below(kBeats)) : kBeats};
     }
   }
 
@@ -176,8 +187,8 @@ TEST_P(RtlCache, AnswersEveryWaiterWithItsLine) {
   std::vector<Side> sides;
   for (int c = 0; c < kCaches; ++c) {
     const auto side_seed = seed + 100 * static_cast<std::uint64_t>(c + 1);
-    sides.push_back({c, Random(side_seed), HoldOff::random(side_seed + 1, load.memory_percent), HoldOff::random(side_seed + 2, load.wake_percent),
-                     load.keys, load.error_percent});
+    sides.push_back({c, Random(side_seed), HoldOff::random(side_seed + 1, load.memory_percent),
+                     HoldOff::random(side_seed + 2, load.wake_percent), load.keys, load.error_percent});
     for (auto& port : sides.back().looking) port.fill(-1);
   }
   for (int round = 0; round < 3; ++round) {
@@ -202,15 +213,18 @@ TEST_P(RtlCache, AnswersEveryWaiterWithItsLine) {
       if (clock > 40000 && sides[0].idle() && sides[1].idle()) break;
       std::vector<std::array<int, kPorts>> answers(kCaches);
       for (auto& side : sides) {
-        for (int p = 0; p < kPorts; ++p) answers[static_cast<std::size_t>(side.cache)][static_cast<std::size_t>(p)] = side.looking[p][kLatency - 1];
+        for (int p = 0; p < kPorts; ++p)
+          answers[static_cast<std::size_t>(side.cache)][static_cast<std::size_t>(p)] = side.looking[p][kLatency - 1];
         side.drive(bench);
       }
       bench.settle();
-      for (auto& side : sides) ASSERT_NO_FATAL_FAILURE(side.sample(bench, answers[static_cast<std::size_t>(side.cache)])) << "seed " << seed;
+      for (auto& side : sides)
+        ASSERT_NO_FATAL_FAILURE(side.sample(bench, answers[static_cast<std::size_t>(side.cache)])) << "seed " << seed;
       bench.rise();
       ASSERT_FALSE(bench.failed()) << "an assertion of the RTL failed in clock " << bench.clock() << ", seed " << seed;
     }
-    for (const auto& side : sides) EXPECT_TRUE(side.idle()) << "cache " << side.cache << " has left somebody waiting, seed " << seed;
+    for (const auto& side : sides)
+      EXPECT_TRUE(side.idle()) << "cache " << side.cache << " has left somebody waiting, seed " << seed;
     // What was answered three clocks ago at the most is still on its way.
     bench->req_valid_i = bench->fill_valid_i = 0;
     for (int clock = 0; clock < 40; ++clock) bench.step();
@@ -218,8 +232,9 @@ TEST_P(RtlCache, AnswersEveryWaiterWithItsLine) {
       for (auto& port : side.looking) port.fill(-1);
   }
   for (const auto& side : sides) {
-    std::printf("cache %d: %llu hits, %llu misses, %llu errors, longest wait %llu clocks\n", side.cache, static_cast<unsigned long long>(side.hits),
-                static_cast<unsigned long long>(side.misses), static_cast<unsigned long long>(side.errors), static_cast<unsigned long long>(side.longest));
+    std::printf("cache %d: %llu hits, %llu misses, %llu errors, longest wait %llu clocks\n", side.cache,
+                static_cast<unsigned long long>(side.hits), static_cast<unsigned long long>(side.misses),
+                static_cast<unsigned long long>(side.errors), static_cast<unsigned long long>(side.longest));
     EXPECT_GT(side.hits, 1000u);
     EXPECT_GT(side.misses, 100u);
     EXPECT_EQ(side.errors > 0, load.error_percent > 0);
@@ -227,8 +242,9 @@ TEST_P(RtlCache, AnswersEveryWaiterWithItsLine) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Loads, RtlCache,
-                         testing::Values(Load{"fits", 12, 0, 80, 90}, Load{"thrashes", 60, 0, 90, 90}, Load{"errors", 30, 20, 70, 60},
-                                         Load{"slow_memory", 30, 2, 15, 90}, Load{"slow_wake", 30, 2, 90, 10}, Load{"fast", 24, 1, 100, 100}),
+                         testing::Values(Load{"fits", 12, 0, 80, 90}, Load{"thrashes", 60, 0, 90, 90},
+                                         Load{"errors", 30, 20, 70, 60}, Load{"slow_memory", 30, 2, 15, 90},
+                                         Load{"slow_wake", 30, 2, 90, 10}, Load{"fast", 24, 1, 100, 100}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace
