@@ -8,7 +8,7 @@
 // Pipeline    c: address of tags and data. c + 2: tags and data stand in the output registers of their RAMs; tags compared. c + 3: answer. c + 4: who
 //             missed stands in the register of its port, or tries again if there is one before it. From these registers one miss a clock is
 //             compared with the keys of the MSHRs, c + 5, and joins one, or gets one, or waits for any, c + 6.
-//             A line that is being fetched misses: the tag of the way that it takes is invalid from the clock in which the MSHR is taken to the end
+//             A line that is being fetched misses: the tag of the way that it takes becomes invalid before the line is asked for, and valid at the end
 //             of the fill. A lookup that reads a tag while it is written tries again, and so does one whose line an MSHR has just filled
 //             (recent: for the time that a miss may need to come to the compare). Where that MSHR was taken again meanwhile the line is fetched a
 //             second time and may stand in both ways, with the same words, as far as they are read.
