@@ -8,7 +8,6 @@ multipliers are outlined. The legend counts the packed cells of each module.
 import argparse
 import collections
 import os
-import re
 
 import matplotlib
 matplotlib.use("Agg")
@@ -26,9 +25,7 @@ WORDS = {"TRELLIS_COMB": "LUTs", "DP16KD": "block RAMs", "MULT18X18D": "multipli
 
 def group_of(cell):
     """What is drawn as one: a unit of the core, or what is around it."""
-    parts = [part for part in re.sub(r"\[\d+\]", "", cell).split(".")[:-1] if part.startswith("u_")]
-    while parts and parts[0] in ("u_board", "u_top", "u_core"):
-        del parts[0]
+    parts = [part for part in placed_netlist.instances_of(cell) if part != "u_core"]
     return parts[0][2:] if parts else OTHERS
 
 

@@ -28,6 +28,8 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 
+import placed_netlist
+
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 STAGES = ["ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish"]
 CELLS = "testbench/cosim/netlist"
@@ -92,16 +94,9 @@ def synthesize(top, config, work):
     return netlist
 
 
-def top_of(design):
-    for name, module in design["modules"].items():
-        if "top" in module["attributes"]:
-            return name, module
-    raise Failure("the netlist has no top")
-
-
 def mutate(design, kind, number):
     """Breaks one cell and says which."""
-    _, module = top_of(design)
+    _, module = placed_netlist.top_of(design, "the netlist")
     cells = sorted(name for name, cell in module["cells"].items() if cell["type"] == KINDS[kind])
     if not cells:
         raise Failure("the netlist has no %s" % KINDS[kind])
@@ -123,7 +118,7 @@ def mutate(design, kind, number):
 
 def write_netlist(design, folder):
     """netlist.v, its cells enumerated (names are long), and wrapper.v with the ports as they were."""
-    top, module = top_of(design)
+    top, module = placed_netlist.top_of(design, "the netlist")
     source, target = os.path.join(folder, "simulated.json"), os.path.join(folder, "netlist.v")
     with open(source, "w") as file:
         json.dump(design, file)

@@ -4,28 +4,34 @@ import os
 import re
 
 
-def top_module(design, path):
-    """The top module of what is in a file; ValueError if there is none."""
-    for module in design["modules"].values():
+def top_of(design, path):
+    """(name, module) of the top of what is in a file; ValueError if there is none."""
+    for name, module in design["modules"].items():
         if "top" in module["attributes"]:
-            return module
+            return name, module
     raise ValueError("%s: no module is the top" % path)
 
 
 def top_cells(path):
     """{name: cell} of the top module; ValueError if the file has none."""
     with open(path) as file:
-        return top_module(json.load(file), path)["cells"]
+        return top_of(json.load(file), path)[1]["cells"]
 
 
 def add_settings(path, settings):
     """Writes settings of nextpnr, {name: text}, into a netlist."""
     with open(path) as file:
         design = json.load(file)
-    top_module(design, path).setdefault("settings", {}).update(settings)
+    top_of(design, path)[1].setdefault("settings", {}).update(settings)
     with open(path + ".tmp", "w") as file:
         json.dump(design, file)
     os.replace(path + ".tmp", path)
+
+
+def instances_of(cell):
+    """Instance path of a flattened cell, without indices and without what only holds the core: ["u_core", "u_leaf", "u_exit"]; [] above it."""
+    parts = [part for part in re.sub(r"\[\d+\]", "", cell).split(".")[:-1] if part.startswith("u_")]
+    return [part for part in parts if part not in ("u_board", "u_top")]
 
 
 def place_of(cell):

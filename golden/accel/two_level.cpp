@@ -7,10 +7,11 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "bvh.hpp"
+#include "golden/clock.hpp"
 #include "golden/scene/gltf_document.hpp"
 
 namespace retrace::accel {
@@ -20,14 +21,12 @@ class Watch {
  public:
   /// Seconds since the last call.
   double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double seconds = std::chrono::duration<double>(now - last_).count();
-    last_ = now;
-    return seconds;
+    const double last = std::exchange(last_, now());
+    return last_ - last;
   }
 
  private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+  double last_ = now();
 };
 
 constexpr std::uint32_t kTopNodeBytes = 32;   // box and child or instance, in 4-byte words

@@ -12,11 +12,11 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
+#include "golden/clock.hpp"
 #include "golden/image/sampling.hpp"
 #include "golden/image/tonemap.hpp"
 
@@ -27,8 +27,6 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr int kMaxSize = 16384;
 constexpr std::size_t kWave = std::size_t{1} << 18;  ///< rays handed to an engine at once
 constexpr int kMaxLayers = 32;                       ///< transparent surfaces that one ray may pass
-
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 template <class Body>
 void parallel(std::size_t n, std::size_t grain, const Body& body) {

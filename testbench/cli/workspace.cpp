@@ -9,7 +9,6 @@
 #include <atomic>
 #include <cerrno>
 #include <charconv>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -143,8 +142,6 @@ Size parse_size(const std::string& text) {
   }
   return size;
 }
-
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 std::string with_commas(std::uint64_t value) {
   std::string text = std::to_string(value);

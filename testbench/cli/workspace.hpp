@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "golden/clock.hpp"
 #include "golden/engine.hpp"
 #include "golden/scene/geometry.hpp"
 #include "golden/scene/memory_image.hpp"
@@ -54,7 +55,6 @@ struct Size {
 /// "WxH" with both in 1..16384. Throws UsageError.
 Size parse_size(const std::string& text);
 
-double now();
 std::string with_commas(std::uint64_t value);
 /// 1234567 -> "1.23 M".
 std::string with_unit(double value);

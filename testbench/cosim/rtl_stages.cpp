@@ -3,7 +3,6 @@
 // Exit code 1 on any difference.
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <map>
@@ -11,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "golden/clock.hpp"
 #include "golden/scene/kd_builder.hpp"
 #include "scene_vectors.hpp"
 #include "scenes/open_scene.hpp"
@@ -82,14 +82,14 @@ int run(int argc, char** argv) {
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
     for (std::size_t i = next++; i < runs.size(); i = next++) {
-      const auto start = std::chrono::steady_clock::now();
+      const double start = retrace::now();
       const StageResult result = run_stage(runs[i]);
-      const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+      const double seconds = retrace::now() - start;
       const std::lock_guard lock(mutex);
       Total& total = totals[runs[i].stage];
       total.vectors += result.vectors;
       total.clocks += result.clocks;
-      total.seconds += seconds.count();
+      total.seconds += seconds;
       if (runs[i].mode == StallMode::kNone) {
         total.latency = result.latency;
         total.interval = result.interval;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <chrono>
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <ctime>
@@ -14,6 +13,7 @@
 #include <mutex>
 
 #include "golden/accel/catalogue.hpp"
+#include "golden/clock.hpp"
 #include "golden/image/output_file.hpp"
 #include "lab.hpp"
 
@@ -103,8 +103,8 @@ void run(const Arguments& a) {
   LabReport report;
   report.options = parse(a);
   std::mutex mutex;
-  const auto start = std::chrono::steady_clock::now();
-  const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+  const double start = now();
+  const auto seconds = [&] { return now() - start; };
   report.options.say = [&](const std::string& text) {
     if (a.quiet) return;
     const std::lock_guard lock(mutex);

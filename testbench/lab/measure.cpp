@@ -3,13 +3,13 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 
 #include "golden/accel/animation.hpp"
 #include "golden/accel/catalogue.hpp"
 #include "golden/accel/probe.hpp"
+#include "golden/clock.hpp"
 #include "golden/image/lighting.hpp"
 #include "golden/image/renderer.hpp"
 #include "golden/image/sampling.hpp"
@@ -25,8 +25,6 @@ using accel::Probe;
 
 constexpr int kTile = 8;
 constexpr char kReference[] = "bvh-sah/stack";
-
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 /// Pixels in 8x8 tiles, as a core with ray contexts would be fed.
 std::vector<std::uint32_t> tiled_pixels(int width, int height) {

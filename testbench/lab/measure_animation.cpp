@@ -1,19 +1,14 @@
 // Two-level structures on a scene that moves: every frame followed by the top level, and built anew from nothing; one
 // set of camera rays through both.
-#include <chrono>
 
 #include "golden/accel/probe.hpp"
 #include "golden/accel/two_level.hpp"
+#include "golden/clock.hpp"
 #include "golden/scene/gltf_loader.hpp"
 #include "golden/scene/view.hpp"
 #include "lab.hpp"
 
 namespace retrace::lab {
-namespace {
-
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-
-}  // namespace
 
 double AnimationReport::update_s() const {
   double sum = 0.0;

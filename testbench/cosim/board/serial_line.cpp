@@ -11,10 +11,10 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 
+#include "golden/clock.hpp"
 #include "golden/scene/geometry.hpp"
 
 namespace retrace::cosim {
@@ -93,7 +93,7 @@ class Terminal final : public SerialLine {
   }
 
   double now() const override {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+    return retrace::now();
   }
   const std::string& name() const override { return path_; }
 

@@ -2,7 +2,8 @@
 #include "testbench/cosim/core/rtl_engine.hpp"
 
 #include <algorithm>
-#include <chrono>
+
+#include "golden/clock.hpp"
 
 namespace retrace {
 namespace {
@@ -65,7 +66,7 @@ class Simulation final : public RtlEngine {
     std::vector<std::uint64_t> ray_words(kRayWords * inside.size()), hit_words(2 * inside.size());
     for (std::size_t i = 0; i < inside.size(); ++i) rays[inside[i]].record.pack(&ray_words[kRayWords * i]);
 
-    const auto begin = std::chrono::steady_clock::now();
+    const double begin = now();
     if (inside.size() > room_ || room_ == 0) {
       room_ = std::max<std::size_t>(inside.size(), 1);
       driver_.load(image_, room_);
@@ -84,7 +85,7 @@ class Simulation final : public RtlEngine {
     driver_.hits(hit_words);
     status_ = driver_.status();
     counters_.add(driver_.counters());
-    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    seconds_ += now() - begin;
 
     if (status_.image_fault != 0) {
       constexpr const char* kWhy[] = {"", "the image's magic or version is wrong",
