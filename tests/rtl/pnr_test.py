@@ -105,11 +105,13 @@ class Bitstream(unittest.TestCase):
         self.assertGreater(os.path.getsize(self.bit), 100000)
 
     def test_settings_reach_the_router(self):
-        run = bitstream("--top", "rt_fifo", "--mhz", "100", "--router", "router2", "--floorplan", os.path.join(BUILD, "fifo.png"))
-        self.assertEqual(run.returncode, 0, run.stderr)
-        with open(os.path.join(BUILD, "rt_fifo/seed1.placed.json")) as file:
-            settings = [module["settings"] for module in json.load(file)["modules"].values() if "settings" in module]
-        self.assertEqual([(group["router2/bbMargin/x"], group["router2/bbMargin/y"]) for group in settings], [("8", "8")])
+        for search, margin, estimate in (("near", "8", None), ("wide", "12", "1.0")):
+            run = bitstream("--top", "rt_fifo", "--mhz", "100", "--router", "router2", "--search", search, "--floorplan", os.path.join(BUILD, "fifo.png"))
+            self.assertEqual(run.returncode, 0, run.stderr)
+            with open(os.path.join(BUILD, "rt_fifo/seed1.placed.json")) as file:
+                settings = [module["settings"] for module in json.load(file)["modules"].values() if "settings" in module]
+            names = ("router2/bbMargin/x", "router2/bbMargin/y", "router2/estimateWeight")
+            self.assertEqual([[group.get(name) for name in names] for group in settings], [[margin, margin, estimate]])
 
     def test_refused_with_negative_slack(self):
         run = bitstream("--top", "rt_fifo", "--mhz", "999", "--bit", self.bit)
