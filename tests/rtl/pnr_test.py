@@ -105,7 +105,7 @@ class Bitstream(unittest.TestCase):
         self.assertGreater(os.path.getsize(self.bit), 100000)
 
     def test_settings_reach_the_router(self):
-        for search, margin, estimate in (("near", "8", None), ("wide", "12", "1.0")):
+        for search, margin, estimate in (("near", "8", "1.25"), ("wide", "12", "1.0")):
             run = bitstream("--top", "rt_fifo", "--mhz", "100", "--router", "router2", "--search", search, "--floorplan", os.path.join(BUILD, "fifo.png"))
             self.assertEqual(run.returncode, 0, run.stderr)
             with open(os.path.join(BUILD, "rt_fifo/seed1.placed.json")) as file:
