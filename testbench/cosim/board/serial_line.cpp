@@ -92,9 +92,7 @@ class Terminal final : public SerialLine {
     }
   }
 
-  double now() const override {
-    return retrace::now();
-  }
+  double now() const override { return retrace::now(); }
   const std::string& name() const override { return path_; }
 
  private:
