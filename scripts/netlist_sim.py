@@ -323,7 +323,7 @@ def main():
             try:
                 with ThreadPoolExecutor(arguments.jobs) as pool:
                     good &= check(pool)
-            except (Failure, subprocess.TimeoutExpired) as error:
+            except (Failure, ValueError, subprocess.TimeoutExpired) as error:
                 good = False
                 print("netlist_sim: %s" % error, file=sys.stderr, flush=True)
     return 0 if good else 1

@@ -1,6 +1,5 @@
 // Two-level structures on a scene that moves: every frame followed by the top level, and built anew from nothing; one
 // set of camera rays through both.
-
 #include "golden/accel/probe.hpp"
 #include "golden/accel/two_level.hpp"
 #include "golden/clock.hpp"

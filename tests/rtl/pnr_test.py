@@ -124,6 +124,11 @@ class Bitstream(unittest.TestCase):
         self.assertEqual(run.returncode, 2)
         self.assertIn("--no-route", run.stderr)
 
+    def test_search_needs_router2(self):
+        run = bitstream("--top", "rt_fifo", "--search", "wide")
+        self.assertEqual(run.returncode, 2)
+        self.assertIn("--search wide is for router2", run.stderr)
+
     def test_unknown_module(self):
         run = bitstream("--top", "rt_nothing")
         self.assertEqual(run.returncode, 2)
