@@ -110,7 +110,7 @@ MUTANTS = [
 ]
 
 FOLDERS = ["lib", "stages", "cache", "regs", "top", "board"]
-SOURCES = ["pkg/rt_contract_pkg.sv", "lib/rt_lib_pkg.sv", "stages/rt_stage_pkg.sv", "regs/rt_regs_pkg.sv", "top/rt_core_pkg.sv", "board/rt_board_pkg.sv"]
+SOURCES = ["pkg/rt_contract_pkg.sv", "pkg/rt_config_pkg.sv", "lib/rt_lib_pkg.sv", "stages/rt_stage_pkg.sv", "regs/rt_regs_pkg.sv", "top/rt_core_pkg.sv", "board/rt_board_pkg.sv"]
 # Models that a test program has under another name or with parameters of its own, as CMake verilates them.
 PREFIX = {"rt_board": "Vrt_board_small"}
 PARAMETERS = {"rt_board": ["+define+RT_CONFIG=ConfigSmall", "-GDivisor=1024", "-GMemoryBytes=32768"]}

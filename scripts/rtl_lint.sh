@@ -18,6 +18,7 @@ done
 # Packages of a folder and of those before it; the cache also reads the core's sizes.
 packages_of() {
   echo rtl/pkg/rt_contract_pkg.sv
+  echo rtl/pkg/rt_config_pkg.sv
   local dir
   for dir in "${dirs[@]}"; do
     find "$dir" -name '*_pkg.sv' | sort

@@ -13,7 +13,7 @@ if {[catch {current_project}]} {
   create_project -in_memory -part xczu3eg-sbva484-1-e
   # Packages first, each after those it uses.
   set files {}
-  foreach name {pkg/rt_contract_pkg lib/rt_lib_pkg stages/rt_stage_pkg top/rt_core_pkg regs/rt_regs_pkg} {
+  foreach name {pkg/rt_contract_pkg pkg/rt_config_pkg lib/rt_lib_pkg stages/rt_stage_pkg top/rt_core_pkg regs/rt_regs_pkg} {
     lappend files [file join $root rtl $name.sv]
   }
   foreach folder {lib stages cache regs top} {

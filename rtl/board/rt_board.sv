@@ -12,7 +12,7 @@
 `define RT_CONFIG ConfigEcp5
 `endif
 module rt_board #(
-    parameter rt_core_pkg::config_t Config = rt_core_pkg::`RT_CONFIG,
+    parameter rt_config_pkg::config_t Config = rt_config_pkg::`RT_CONFIG,
     parameter int unsigned MemoryBytes = 32768,
     parameter logic [rt_board_pkg::AddrBits-1:0] MemoryBase = 40'h00_8000_0000,
     parameter int unsigned ClockHz = 80_000_000,

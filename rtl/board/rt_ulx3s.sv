@@ -16,7 +16,7 @@
 `define RT_CORE_MHZ 80
 `endif
 `ifndef RT_BOARD_MEMORY
-`define RT_BOARD_MEMORY (rt_core_pkg::`RT_CONFIG.lanes > 1 ? 32768 : 131072)
+`define RT_BOARD_MEMORY (rt_config_pkg::`RT_CONFIG.lanes > 1 ? 32768 : 131072)
 `endif
 module rt_ulx3s #(
     parameter int unsigned CoreMhz = `RT_CORE_MHZ,
@@ -94,7 +94,7 @@ module rt_ulx3s #(
   );
 
   rt_board #(
-      .Config     (rt_core_pkg::`RT_CONFIG),
+      .Config     (rt_config_pkg::`RT_CONFIG),
       .MemoryBytes(MemoryBytes),
       .ClockHz    (CoreMhz * 1_000_000),
       .BaudHz     (BaudHz)

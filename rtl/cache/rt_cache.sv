@@ -66,7 +66,8 @@ module rt_cache #(
     input  logic [rt_core_pkg::MshrIdBits-1:0]  fill_mshr_i,
     input  logic [DataBits-1:0]                 fill_data_i,
     input  logic                                fill_last_i,
-    input  logic                                fill_error_i
+    input  logic                                fill_error_i,
+    output logic                                idle_o  // no lookup on its way, nobody waits, no line is being fetched
 );
   localparam int unsigned Banks = WordBits / DataBits;
   localparam int unsigned FillBeats = Banks * WordsPerLine;
@@ -543,6 +544,9 @@ module rt_cache #(
   end else begin : gen_only
     assign older = 1'b0;
   end
+
+  assign idle_o = active_q == '0 && waited_for == '0 && later_left == '0 && wake_valid_o == '0 && again_q == '0 && missed_q == '0 &&
+                  (look1_q | look2_q | look3_q) == '0 && !(match_q || place_q || wait_line_q || wait_any_q);
 
   `RT_ASSERT(FillIsExpected, !fill_valid_q || active_q[fill_mshr_q])
   `RT_ASSERT(FillHasItsLength, !fill_valid_q || fill_last_q || fill_beat != BeatBits'(FillBeats - 1))

@@ -18,7 +18,7 @@ module rt_counters #(
     input  logic                 rst_ni,
     input  logic                 clear_i,
     input  logic                 enable_i,
-    input  logic [StepBits-1:0]  step_i     [Count],
+    input  logic [Count-1:0][StepBits-1:0] step_i,
     input  logic                 read_i,
     input  logic [IndexBits-1:0] read_index_i,
     output logic                 read_done_o,

@@ -20,7 +20,7 @@ extern "C" {
 #define RT_REGS__VERSION__CORE_bm 0xff
 #define RT_REGS__VERSION__CORE_bp 0
 #define RT_REGS__VERSION__CORE_bw 8
-#define RT_REGS__VERSION__CORE_reset 0x2
+#define RT_REGS__VERSION__CORE_reset 0x3
 #define RT_REGS__VERSION__IMAGE_bm 0xff00
 #define RT_REGS__VERSION__IMAGE_bp 8
 #define RT_REGS__VERSION__IMAGE_bw 8

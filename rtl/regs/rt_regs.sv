@@ -582,7 +582,7 @@ module rt_regs (
         automatic logic load_next_c;
         next_c = field_storage.control.parent_links.value;
         load_next_c = '0;
-        if(decoded_reg_strb.control && decoded_req_is_wr) begin // SW write
+        if(decoded_reg_strb.control && decoded_req_is_wr && hwif_in.control.parent_links.swwe) begin // SW write
             next_c = (field_storage.control.parent_links.value & ~decoded_wr_biten[3:3]) | (decoded_wr_data[3:3] & decoded_wr_biten[3:3]);
             load_next_c = '1;
         end
@@ -605,7 +605,7 @@ module rt_regs (
         automatic logic load_next_c;
         next_c = field_storage.control.use_mailbox.value;
         load_next_c = '0;
-        if(decoded_reg_strb.control && decoded_req_is_wr) begin // SW write
+        if(decoded_reg_strb.control && decoded_req_is_wr && hwif_in.control.use_mailbox.swwe) begin // SW write
             next_c = (field_storage.control.use_mailbox.value & ~decoded_wr_biten[4:4]) | (decoded_wr_data[4:4] & decoded_wr_biten[4:4]);
             load_next_c = '1;
         end
@@ -628,7 +628,7 @@ module rt_regs (
         automatic logic load_next_c;
         next_c = field_storage.control.own_step_limit.value;
         load_next_c = '0;
-        if(decoded_reg_strb.control && decoded_req_is_wr) begin // SW write
+        if(decoded_reg_strb.control && decoded_req_is_wr && hwif_in.control.own_step_limit.swwe) begin // SW write
             next_c = (field_storage.control.own_step_limit.value & ~decoded_wr_biten[5:5]) | (decoded_wr_data[5:5] & decoded_wr_biten[5:5]);
             load_next_c = '1;
         end
@@ -651,7 +651,7 @@ module rt_regs (
         automatic logic load_next_c;
         next_c = field_storage.image_base_lo.value.value;
         load_next_c = '0;
-        if(decoded_reg_strb.image_base_lo && decoded_req_is_wr) begin // SW write
+        if(decoded_reg_strb.image_base_lo && decoded_req_is_wr && hwif_in.image_base_lo.value.swwe) begin // SW write
             next_c = (field_storage.image_base_lo.value.value & ~decoded_wr_biten[31:0]) | (decoded_wr_data[31:0] & decoded_wr_biten[31:0]);
             load_next_c = '1;
         end
@@ -674,7 +674,7 @@ module rt_regs (
         automatic logic load_next_c;
         next_c = field_storage.image_base_hi.value.value;
         load_next_c = '0;
-        if(decoded_reg_strb.image_base_hi && decoded_req_is_wr) begin // SW write
+        if(decoded_reg_strb.image_base_hi && decoded_req_is_wr && hwif_in.image_base_hi.value.swwe) begin // SW write
             next_c = (field_storage.image_base_hi.value.value & ~decoded_wr_biten[31:0]) | (decoded_wr_data[31:0] & decoded_wr_biten[31:0]);
             load_next_c = '1;
         end
@@ -697,7 +697,7 @@ module rt_regs (
         automatic logic load_next_c;
         next_c = field_storage.image_lines.value.value;
         load_next_c = '0;
-        if(decoded_reg_strb.image_lines && decoded_req_is_wr) begin // SW write
+        if(decoded_reg_strb.image_lines && decoded_req_is_wr && hwif_in.image_lines.value.swwe) begin // SW write
             next_c = (field_storage.image_lines.value.value & ~decoded_wr_biten[31:0]) | (decoded_wr_data[31:0] & decoded_wr_biten[31:0]);
             load_next_c = '1;
         end
@@ -720,7 +720,7 @@ module rt_regs (
         automatic logic load_next_c;
         next_c = field_storage.ray_base_lo.value.value;
         load_next_c = '0;
-        if(decoded_reg_strb.ray_base_lo && decoded_req_is_wr) begin // SW write
+        if(decoded_reg_strb.ray_base_lo && decoded_req_is_wr && hwif_in.ray_base_lo.value.swwe) begin // SW write
             next_c = (field_storage.ray_base_lo.value.value & ~decoded_wr_biten[31:0]) | (decoded_wr_data[31:0] & decoded_wr_biten[31:0]);
             load_next_c = '1;
         end
@@ -743,7 +743,7 @@ module rt_regs (
         automatic logic load_next_c;
         next_c = field_storage.ray_base_hi.value.value;
         load_next_c = '0;
-        if(decoded_reg_strb.ray_base_hi && decoded_req_is_wr) begin // SW write
+        if(decoded_reg_strb.ray_base_hi && decoded_req_is_wr && hwif_in.ray_base_hi.value.swwe) begin // SW write
             next_c = (field_storage.ray_base_hi.value.value & ~decoded_wr_biten[31:0]) | (decoded_wr_data[31:0] & decoded_wr_biten[31:0]);
             load_next_c = '1;
         end
@@ -766,7 +766,7 @@ module rt_regs (
         automatic logic load_next_c;
         next_c = field_storage.ray_count.value.value;
         load_next_c = '0;
-        if(decoded_reg_strb.ray_count && decoded_req_is_wr) begin // SW write
+        if(decoded_reg_strb.ray_count && decoded_req_is_wr && hwif_in.ray_count.value.swwe) begin // SW write
             next_c = (field_storage.ray_count.value.value & ~decoded_wr_biten[31:0]) | (decoded_wr_data[31:0] & decoded_wr_biten[31:0]);
             load_next_c = '1;
         end
@@ -789,7 +789,7 @@ module rt_regs (
         automatic logic load_next_c;
         next_c = field_storage.ray_row.value.value;
         load_next_c = '0;
-        if(decoded_reg_strb.ray_row && decoded_req_is_wr) begin // SW write
+        if(decoded_reg_strb.ray_row && decoded_req_is_wr && hwif_in.ray_row.value.swwe) begin // SW write
             next_c = (field_storage.ray_row.value.value & ~decoded_wr_biten[31:0]) | (decoded_wr_data[31:0] & decoded_wr_biten[31:0]);
             load_next_c = '1;
         end
@@ -812,7 +812,7 @@ module rt_regs (
         automatic logic load_next_c;
         next_c = field_storage.hit_base_lo.value.value;
         load_next_c = '0;
-        if(decoded_reg_strb.hit_base_lo && decoded_req_is_wr) begin // SW write
+        if(decoded_reg_strb.hit_base_lo && decoded_req_is_wr && hwif_in.hit_base_lo.value.swwe) begin // SW write
             next_c = (field_storage.hit_base_lo.value.value & ~decoded_wr_biten[31:0]) | (decoded_wr_data[31:0] & decoded_wr_biten[31:0]);
             load_next_c = '1;
         end
@@ -835,7 +835,7 @@ module rt_regs (
         automatic logic load_next_c;
         next_c = field_storage.hit_base_hi.value.value;
         load_next_c = '0;
-        if(decoded_reg_strb.hit_base_hi && decoded_req_is_wr) begin // SW write
+        if(decoded_reg_strb.hit_base_hi && decoded_req_is_wr && hwif_in.hit_base_hi.value.swwe) begin // SW write
             next_c = (field_storage.hit_base_hi.value.value & ~decoded_wr_biten[31:0]) | (decoded_wr_data[31:0] & decoded_wr_biten[31:0]);
             load_next_c = '1;
         end
@@ -858,7 +858,7 @@ module rt_regs (
         automatic logic load_next_c;
         next_c = field_storage.step_limit.value.value;
         load_next_c = '0;
-        if(decoded_reg_strb.step_limit && decoded_req_is_wr) begin // SW write
+        if(decoded_reg_strb.step_limit && decoded_req_is_wr && hwif_in.step_limit.value.swwe) begin // SW write
             next_c = (field_storage.step_limit.value.value & ~decoded_wr_biten[31:0]) | (decoded_wr_data[31:0] & decoded_wr_biten[31:0]);
             load_next_c = '1;
         end
@@ -946,7 +946,7 @@ module rt_regs (
             readback_data_var[ad_hi(9'h0)][31:0] = 32'h52545243;
         end
         if(ad_low(rd_mux_addr) == ad_low(9'h4)) begin
-            readback_data_var[ad_hi(9'h4)][7:0] = 8'h2;
+            readback_data_var[ad_hi(9'h4)][7:0] = 8'h3;
             readback_data_var[ad_hi(9'h4)][15:8] = hwif_in.version.image.next;
         end
         if(ad_low(rd_mux_addr) == ad_low(9'h8)) begin

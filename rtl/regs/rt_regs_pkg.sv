@@ -39,6 +39,24 @@ package rt_regs_pkg;
     } rt_regs__build__in_t;
 
     typedef struct {
+        logic swwe;
+    } rt_regs__control__parent_links__in_t;
+
+    typedef struct {
+        logic swwe;
+    } rt_regs__control__use_mailbox__in_t;
+
+    typedef struct {
+        logic swwe;
+    } rt_regs__control__own_step_limit__in_t;
+
+    typedef struct {
+        rt_regs__control__parent_links__in_t parent_links;
+        rt_regs__control__use_mailbox__in_t use_mailbox;
+        rt_regs__control__own_step_limit__in_t own_step_limit;
+    } rt_regs__control__in_t;
+
+    typedef struct {
         logic next;
     } rt_regs__status__busy__in_t;
 
@@ -88,6 +106,86 @@ package rt_regs_pkg;
     } rt_regs__write_fault_ray__in_t;
 
     typedef struct {
+        logic swwe;
+    } rt_regs__image_base_lo__value__in_t;
+
+    typedef struct {
+        rt_regs__image_base_lo__value__in_t value;
+    } rt_regs__image_base_lo__in_t;
+
+    typedef struct {
+        logic swwe;
+    } rt_regs__image_base_hi__value__in_t;
+
+    typedef struct {
+        rt_regs__image_base_hi__value__in_t value;
+    } rt_regs__image_base_hi__in_t;
+
+    typedef struct {
+        logic swwe;
+    } rt_regs__image_lines__value__in_t;
+
+    typedef struct {
+        rt_regs__image_lines__value__in_t value;
+    } rt_regs__image_lines__in_t;
+
+    typedef struct {
+        logic swwe;
+    } rt_regs__ray_base_lo__value__in_t;
+
+    typedef struct {
+        rt_regs__ray_base_lo__value__in_t value;
+    } rt_regs__ray_base_lo__in_t;
+
+    typedef struct {
+        logic swwe;
+    } rt_regs__ray_base_hi__value__in_t;
+
+    typedef struct {
+        rt_regs__ray_base_hi__value__in_t value;
+    } rt_regs__ray_base_hi__in_t;
+
+    typedef struct {
+        logic swwe;
+    } rt_regs__ray_count__value__in_t;
+
+    typedef struct {
+        rt_regs__ray_count__value__in_t value;
+    } rt_regs__ray_count__in_t;
+
+    typedef struct {
+        logic swwe;
+    } rt_regs__ray_row__value__in_t;
+
+    typedef struct {
+        rt_regs__ray_row__value__in_t value;
+    } rt_regs__ray_row__in_t;
+
+    typedef struct {
+        logic swwe;
+    } rt_regs__hit_base_lo__value__in_t;
+
+    typedef struct {
+        rt_regs__hit_base_lo__value__in_t value;
+    } rt_regs__hit_base_lo__in_t;
+
+    typedef struct {
+        logic swwe;
+    } rt_regs__hit_base_hi__value__in_t;
+
+    typedef struct {
+        rt_regs__hit_base_hi__value__in_t value;
+    } rt_regs__hit_base_hi__in_t;
+
+    typedef struct {
+        logic swwe;
+    } rt_regs__step_limit__value__in_t;
+
+    typedef struct {
+        rt_regs__step_limit__value__in_t value;
+    } rt_regs__step_limit__in_t;
+
+    typedef struct {
         logic rd_ack;
         logic [31:0] rd_data;
         logic wr_ack;
@@ -96,9 +194,20 @@ package rt_regs_pkg;
     typedef struct {
         rt_regs__version__in_t version;
         rt_regs__build__in_t build;
+        rt_regs__control__in_t control;
         rt_regs__status__in_t status;
         rt_regs__fault_ray__in_t fault_ray;
         rt_regs__write_fault_ray__in_t write_fault_ray;
+        rt_regs__image_base_lo__in_t image_base_lo;
+        rt_regs__image_base_hi__in_t image_base_hi;
+        rt_regs__image_lines__in_t image_lines;
+        rt_regs__ray_base_lo__in_t ray_base_lo;
+        rt_regs__ray_base_hi__in_t ray_base_hi;
+        rt_regs__ray_count__in_t ray_count;
+        rt_regs__ray_row__in_t ray_row;
+        rt_regs__hit_base_lo__in_t hit_base_lo;
+        rt_regs__hit_base_hi__in_t hit_base_hi;
+        rt_regs__step_limit__in_t step_limit;
         rt_regs__counters__external__in_t counters;
     } rt_regs__in_t;
 

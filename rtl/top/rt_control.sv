@@ -1,21 +1,21 @@
 // Control of a run: header, checks, flush of the caches, rays, end; sticky faults.
 //
-// Sequence    start -> read the two header lines -> magic and version -> the four sections, each in three clocks -> caches are empty (their flush begins with
-//             the start) -> rays -> done when all
-//             hits are acknowledged. A header that cannot be used ends the run at once with image_fault, without a read outside of it.
+// Sequence    start -> read the header, a line at a time, as a base may end a page of 4 KB -> magic and version -> the four sections, each in three clocks
+//             -> caches are empty (their flush begins with the start) -> rays -> drained: the sources are done and every ray that was taken has
+//             retired -> done when the sinks are done too. A header that cannot be used ends the run at once with image_fault, without a read
+//             outside of it.
+// In flight   Rays are counted where they are taken and where their hits are; at most InFlight fit between the two.
 // Source      read_header, section_fits in hls/top/trace.cpp.
 `include "rt_assert.svh"
 module rt_control #(
-    parameter int unsigned DataBits = 64
+    parameter int unsigned DataBits = 64,
+    parameter int unsigned InFlight = 256
 ) (
     input  logic                             clk_i,
     input  logic                             rst_ni,
     input  logic                             start_i,
-    input  logic [rt_core_pkg::AddrBits-1:0] image_base_i,
-    input  logic [31:0]                      image_lines_i,
-    input  logic [31:0]                      ray_count_i,
-    input  logic                             own_step_limit_i,
-    input  logic [31:0]                      step_limit_i,
+    input  rt_core_pkg::run_t                run_i,
+    output rt_core_pkg::run_status_t         status_o,
     output logic                             fetch_valid_o,
     input  logic                             fetch_ready_i,
     output rt_core_pkg::read_request_t       fetch_o,
@@ -26,35 +26,30 @@ module rt_control #(
     output rt_core_pkg::image_view_t         view_o,
     output logic                             flush_o,
     input  logic                             flushing_i,
-    output logic                             rays_start_o,
-    input  logic                             hit_written_i,
-    input  logic                             ray_fault_i,
-    input  rt_contract_pkg::status_t         ray_fault_status_i,
-    input  logic [31:0]                      ray_fault_ray_i,
-    input  logic                             write_fault_i,
-    input  logic [31:0]                      write_fault_ray_i,
-    output logic                             started_o,
-    output logic                             busy_o,
-    output logic                             done_o,
-    output logic [1:0]                       image_fault_o,
-    output logic                             ray_fault_o,
-    output rt_contract_pkg::status_t         first_fault_o,
-    output logic [31:0]                      fault_ray_o,
-    output logic                             write_fault_o,
-    output logic [31:0]                      write_fault_ray_o
+    output logic                             rays_start_o,    // from the next clock on rays are taken
+    output logic                             rays_open_o,
+    input  logic                             sources_done_i,  // no ray will come; falls in the clock after rays_start_o where some will
+    output logic                             drained_o,
+    input  logic                             sinks_done_i,    // all hits are where they belong
+    input  logic                             ray_taken_i,
+    input  logic                             hit_taken_i,
+    input  rt_core_pkg::tagged_hit_t         hit_i
 );
   localparam int unsigned HeaderBits = (rt_contract_pkg::HeaderBoxWord + 6) * 32;  // what is used of it
   localparam int unsigned HeaderBeats = rt_contract_pkg::HeaderBytes * 8 / DataBits;
   localparam int unsigned KeptBeats = (HeaderBits + DataBits - 1) / DataBits;
   localparam int unsigned BeatBits = $clog2(HeaderBeats);
   localparam int unsigned HeaderLines = rt_contract_pkg::HeaderBytes / 64;
+  localparam int unsigned LineBeats = HeaderBeats / HeaderLines;
+  localparam int unsigned InFlightBits = $clog2(InFlight + 1);
+  `RT_ASSERT_INIT(HeaderIsLines, rt_contract_pkg::HeaderBytes == 64 * HeaderLines && HeaderBeats == LineBeats * HeaderLines)
 
   localparam logic [1:0] FaultNone = 2'd0;
   localparam logic [1:0] FaultHeader = 2'd1;
   localparam logic [1:0] FaultLayout = 2'd2;
   localparam logic [1:0] FaultBus = 2'd3;
 
-  typedef enum logic [2:0] {
+  typedef enum logic [3:0] {
     Idle,
     Ask,
     Read,
@@ -62,6 +57,7 @@ module rt_control #(
     Sections,
     Flush,
     Rays,
+    Drained,
     Done
   } state_e;
 
@@ -71,11 +67,11 @@ module rt_control #(
   logic [BeatBits-1:0]                     beat_q;
   logic                                    bus_error_q;
   logic [1:0]                              section_q, fault_q;
-  logic [31:0]                             written_q;
+  logic [InFlightBits-1:0]                 in_flight_q;
   rt_core_pkg::image_view_t                view_q;
-  logic                                    ray_fault_q, write_fault_q, rays_start_q, flushing_q;
+  logic                                    ray_fault_q, rays_start_q, flushing_q;
   rt_contract_pkg::status_t                first_fault_q;
-  logic [31:0]                             fault_ray_q, write_fault_ray_q;
+  rt_core_pkg::ray_tag_t                   fault_tag_q;
 
   for (genvar i = 0; i < HeaderBits / 32; i++) begin : gen_word
     assign word[i] = header_q[i*32/DataBits][i*32%DataBits+:32];
@@ -127,8 +123,8 @@ module rt_control #(
       fill_last_q  <= fill_last_i;
       fill_error_q <= fill_error_i;
     end
-    image_base_q   <= image_base_i;
-    image_lines_q  <= image_lines_i;
+    image_base_q   <= run_i.image_base;
+    image_lines_q  <= run_i.image_lines;
     offset_q       <= offset;
     bytes_q        <= bytes;
     section_end_q  <= (LinesBits + 1)'((bytes_q + 40'd63) >> rt_core_pkg::LineShift) + (LinesBits + 1)'(offset_q);
@@ -145,18 +141,16 @@ module rt_control #(
     // The flush begins with the run and lasts longer than a register.
     flushing_q   <= flushing_i;
     rays_start_q <= state_q == Flush && !flushing_q;
-    if (hit_written_i) written_q <= written_q + 1'b1;
+    in_flight_q  <= in_flight_q + InFlightBits'(ray_taken_i) - InFlightBits'(hit_taken_i);
     case (state_q)
       Idle, Done: begin
         if (start_i) begin
-          fault_q       <= image_lines_i < 32'(HeaderLines) ? FaultLayout : FaultNone;
-          state_q       <= image_lines_i < 32'(HeaderLines) ? Done : Ask;
+          fault_q       <= run_i.image_lines < 32'(HeaderLines) ? FaultLayout : FaultNone;
+          state_q       <= run_i.image_lines < 32'(HeaderLines) ? Done : Ask;
           beat_q        <= '0;
           section_q     <= '0;
           bus_error_q   <= 1'b0;
-          written_q     <= '0;
           ray_fault_q   <= 1'b0;
-          write_fault_q <= 1'b0;
         end
       end
       Ask: if (fetch_ready_i) state_q <= Read;
@@ -165,7 +159,7 @@ module rt_control #(
           beat_q <= beat_q + 1'b1;
           for (int unsigned i = 0; i < KeptBeats; i++) if (beat_q == BeatBits'(i)) header_q[i] <= fill_data_q;
           if (fill_error_q) bus_error_q <= 1'b1;
-          if (fill_last_q) state_q <= Check;
+          if (fill_last_q) state_q <= beat_q == BeatBits'(HeaderBeats - 1) ? Check : Ask;
         end
       end
       Check: begin
@@ -183,7 +177,7 @@ module rt_control #(
         view_q.leaf_count     <= word[rt_contract_pkg::HeaderLeafCountWord];
         view_q.list_count     <= word[rt_contract_pkg::HeaderListCountWord];
         view_q.triangle_count <= word[rt_contract_pkg::HeaderTriangleCountWord];
-        view_q.step_limit     <= own_step_limit_i ? step_limit_i : word[rt_contract_pkg::HeaderStepLimitWord];
+        view_q.step_limit     <= run_i.own_step_limit ? run_i.step_limit : word[rt_contract_pkg::HeaderStepLimitWord];
         for (int unsigned face = 0; face < 6; face++) begin
           view_q.box[face] <= word[rt_contract_pkg::HeaderBoxWord+face][rt_contract_pkg::PositionBits-1:0];
         end
@@ -206,47 +200,50 @@ module rt_control #(
         end
       end
       Flush: if (!flushing_q) state_q <= Rays;
-      Rays: if (written_q == ray_count_i) state_q <= Done;
+      // The answer of the sources to the start is there a clock after it.
+      Rays: if (!rays_start_q && sources_done_i && !ray_taken_i && in_flight_q == '0) state_q <= Drained;
+      Drained: if (sinks_done_i) state_q <= Done;
       default: state_q <= Idle;
     endcase
-    if (ray_fault_i && !ray_fault_q) begin
+    if (hit_taken_i && hit_i.hit.status > rt_contract_pkg::status_t'(rt_contract_pkg::StatusHit) && !ray_fault_q) begin
       ray_fault_q   <= 1'b1;
-      first_fault_q <= ray_fault_status_i;
-      fault_ray_q   <= ray_fault_ray_i;
-    end
-    if (write_fault_i && !write_fault_q) begin
-      write_fault_q     <= 1'b1;
-      write_fault_ray_q <= write_fault_ray_i;
+      first_fault_q <= hit_i.hit.status;
+      fault_tag_q   <= hit_i.tag;
     end
     if (!rst_ni) begin
       state_q           <= Idle;
       rays_start_q      <= 1'b0;
       fault_q           <= FaultNone;
       ray_fault_q       <= 1'b0;
-      write_fault_q     <= 1'b0;
       first_fault_q     <= '0;
-      fault_ray_q       <= '0;
-      write_fault_ray_q <= '0;
+      fault_tag_q       <= '0;
+      in_flight_q       <= '0;
     end
   end
 
   assign fetch_valid_o = state_q == Ask;
   assign fetch_o = '{
-          addr: image_base_q,
-          len: 8'(HeaderBeats - 1),
-          source: rt_core_pkg::SourceBits'(rt_core_pkg::SourceHeader),
+          // The line of the next beat.
+          addr: image_base_q + (rt_core_pkg::AddrBits'(beat_q) << $clog2(DataBits / 8)),
+          len: 8'(LineBeats - 1),
+          source: rt_core_pkg::SourceBits'(rt_config_pkg::SourceHeader),
           mshr: '0
       };
   assign view_o            = view_q;
-  assign flush_o           = started_o;
+  assign flush_o           = status_o.started;
   assign rays_start_o      = rays_start_q;
-  assign started_o         = start_i && (state_q == Idle || state_q == Done);
-  assign busy_o            = state_q != Idle && state_q != Done;
-  assign done_o            = state_q == Done;
-  assign image_fault_o     = fault_q;
-  assign ray_fault_o       = ray_fault_q;
-  assign first_fault_o     = first_fault_q;
-  assign fault_ray_o       = fault_ray_q;
-  assign write_fault_o     = write_fault_q;
-  assign write_fault_ray_o = write_fault_ray_q;
+  assign rays_open_o       = state_q == Rays && !rays_start_q;
+  assign drained_o         = state_q == Drained;
+  assign status_o = '{
+          started: start_i && (state_q == Idle || state_q == Done),
+          busy: state_q != Idle && state_q != Done,
+          done: state_q == Done,
+          image_fault: fault_q,
+          ray_fault: ray_fault_q,
+          first_fault: first_fault_q,
+          fault_tag: fault_tag_q
+      };
+
+  `RT_ASSERT(RaysFit, in_flight_q <= InFlightBits'(InFlight))
+  `RT_ASSERT(HitsAreOfRays, !hit_taken_i || in_flight_q != '0)
 endmodule

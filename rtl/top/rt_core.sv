@@ -1,60 +1,45 @@
-// Core: the units of a run and the wires between them. Everything in here is reset by a soft reset; AXI and registers are in rt_top.
+// Core: rays in, hits out, one memory port. Knows neither where rays come from nor where hits go; AXI, registers and soft reset are in rt_top.
 //
-//   rt_ray_unit --launch--> lanes (rt_lane x N) --arrival--> rt_leaf_unit --> rt_reference_unit --> rt_tri_test --> rt_result_unit
-//                             ^                                  |                                                   |   |
-//                             |                                  +---- leaves without references, faults -----------+   |
-//                             +------------------------------ return ----------------------------------------------------+
+//   rays --> rt_launch --launch--> lanes (rt_lane x N) --arrival--> rt_leaf_unit --> rt_reference_unit --> rt_tri_test --> rt_result_unit
+//                                   ^                                  |                                                   |   |
+//                                   |                                  +---- leaves without references, faults -----------+   |
+//                                   +------------------------------ return ----------------------------------------------------+
 //   rt_result_unit --finish--> rt_hit_finish --> hits
 //
-// Deadlock    Whoever holds a context always has a place for it (a state RAM and a queue or list); answers of the memory are always taken; the only
-//             stream that can stall is the one of finished rays, and it waits for nothing but the write channel.
+// Run         start_i with run_i -> rays_start_o, from then on rays are taken -> sources_done_i and every ray has retired: drained_o -> sinks_done_i: done.
+// Streams     rays with a tag in, hits with the same tag out, in any order.
+// Memory      Requests and the beats of their answers; answers are always taken, in any order between {source, mshr}.
+// Deadlock    Whoever holds a context has a place reserved wherever it can go: a word in a state RAM, and in each queue or list as many places as there are
+//             contexts. Answers of the memory are taken in every clock. A ray is taken only into a free context, and a context is freed when its hit has a
+//             place in the finish queue. So the only stream that can be held up is that of the hits, by their sink; a sink must not wait
+//             for a ray to be taken (docs/core.md).
 // Counterpart hls/top/trace.cpp. Source: Lee 2007, section 4.
 `include "rt_assert.svh"
 module rt_core #(
-    parameter rt_core_pkg::config_t Config = rt_core_pkg::ConfigEcp5,
+    parameter rt_config_pkg::config_t Config = rt_config_pkg::ConfigEcp5,
     localparam int unsigned DataBits = Config.data_bits
 ) (
-    input  logic                               clk_i,
-    input  logic                               rst_ni,
-    input  logic                               start_i,
-    input  logic [rt_core_pkg::AddrBits-1:0]   image_base_i,
-    input  logic [31:0]                        image_lines_i,
-    input  logic [rt_core_pkg::AddrBits-1:0]   ray_base_i,
-    input  logic [31:0]                        ray_count_i,
-    input  logic [31:0]                        ray_row_i,
-    input  logic                               parent_links_i,
-    input  logic                               mailbox_i,
-    input  logic                               own_step_limit_i,
-    input  logic [31:0]                        step_limit_i,
-    // Status.
-    output logic                               started_o,
-    output logic                               busy_o,
-    output logic                               done_o,
-    output logic [1:0]                         image_fault_o,
-    output logic                               ray_fault_o,
-    output rt_contract_pkg::status_t           first_fault_o,
-    output logic [31:0]                        fault_ray_o,
-    output logic                               write_fault_o,
-    output logic [31:0]                        write_fault_ray_o,
-    // Read requests.
-    output logic                               read_valid_o,
-    input  logic                               read_ready_i,
-    output rt_core_pkg::read_request_t         read_o,
-    // Answers, always taken.
-    input  logic [rt_core_pkg::Sources-1:0]    fill_valid_i,  // one bit for each source of requests
-    input  logic [rt_core_pkg::MshrIdBits-1:0] fill_mshr_i,
-    input  logic [DataBits-1:0]                fill_data_i,
-    input  logic                               fill_last_i,
-    input  logic                               fill_error_i,
-    // Hits.
-    output logic                               hit_valid_o,
-    input  logic                               hit_ready_i,
-    output rt_contract_pkg::hit_record_t       hit_o,
-    output logic [31:0]                        hit_ray_o,
-    input  logic                               hit_written_i,
-    input  logic                               write_fault_i,
-    input  logic [31:0]                        write_fault_ray_i,
-    output rt_core_pkg::counter_step_t         counter_step_o[rt_core_pkg::CounterCount]
+    input  logic                          clk_i,
+    input  logic                          rst_ni,
+    input  logic                          start_i,
+    input  rt_core_pkg::run_t             run_i,
+    output rt_core_pkg::run_status_t      status_o,
+    output logic                          rays_start_o,
+    input  logic                          sources_done_i,
+    output logic                          drained_o,
+    input  logic                          sinks_done_i,
+    input  logic                          ray_valid_i,
+    output logic                          ray_ready_o,
+    input  rt_core_pkg::tagged_ray_t      ray_i,
+    output logic                          hit_valid_o,
+    input  logic                          hit_ready_i,
+    output rt_core_pkg::tagged_hit_t      hit_o,
+    output logic                          read_valid_o,
+    input  logic                          read_ready_i,
+    output rt_core_pkg::read_request_t    read_o,
+    input  rt_core_pkg::fill_t            fill_i,
+    input  logic [DataBits-1:0]           fill_data_i,
+    output rt_config_pkg::counter_steps_t steps_o  // those of the shell are 0
 );
   localparam int unsigned Lanes = Config.lanes;
   localparam int unsigned Contexts = Lanes * Config.contexts_per_lane;
@@ -62,7 +47,9 @@ module rt_core #(
   localparam int unsigned LaneContextBits = $clog2(Config.contexts_per_lane);
   `RT_ASSERT_INIT(LanesKnown, Lanes >= 1 && Lanes <= 8)
   `RT_ASSERT_INIT(ContextsPowerOfTwo, Config.contexts_per_lane == (1 << LaneContextBits))
+  `RT_ASSERT_INIT(ContextsFit, Contexts <= 512)
   `RT_ASSERT_INIT(DataBitsKnown, DataBits == 64 || DataBits == 128)
+  `RT_ASSERT_INIT(GranuleKnown, (Config.granule_bytes == 8 || Config.granule_bytes == 16) && Config.granule_bytes * 8 >= DataBits)
   typedef logic [ContextBits-1:0] context_t;
   typedef rt_contract_pkg::status_t status_t;
 
@@ -90,28 +77,36 @@ module rt_core #(
   );
   assign wires_rst_n = rst_n[ResetWires];
 
-  // Answers of the memory, on their way from unit to unit: registers for the header, rays and nodes, for leaves, for lists and triangles.
+  // Answers of the memory, on their way from unit to unit: the header and nodes, then leaves, then lists and triangles.
   typedef struct packed {
-    logic [rt_core_pkg::Sources-1:0]    valid;  // one bit for each source of requests
-    logic [rt_core_pkg::MshrIdBits-1:0] mshr;
-    logic                               last;
-    logic                               error;
-    logic [DataBits-1:0]                data;
+    rt_core_pkg::fill_t  info;
+    logic [DataBits-1:0] data;
   } fill_t;
-  fill_t near_fill_q, leaf_fill_q, far_fill_q;
-  always_ff @(posedge clk_i) begin
-    near_fill_q <= '{valid: fill_valid_i, mshr: fill_mshr_i, last: fill_last_i, error: fill_error_i, data: fill_data_i};
-    leaf_fill_q <= near_fill_q;
-    far_fill_q  <= leaf_fill_q;
-    if (!wires_rst_n) begin
-      near_fill_q.valid <= '0;
-      leaf_fill_q.valid <= '0;
-      far_fill_q.valid  <= '0;
-    end
+  localparam int unsigned FillPlaces = 3;
+  localparam int unsigned Near = 1;
+  localparam int unsigned Leaf = 2;
+  localparam int unsigned Far = 3;
+  logic [FillPlaces:0][rt_config_pkg::Sources-1:0] fill_valid;
+  fill_t                                           fill[FillPlaces+1];
+  assign fill_valid[0] = fill_i.valid;
+  assign fill[0]       = '{info: fill_i, data: fill_data_i};
+  for (genvar i = 0; i < int'(FillPlaces); i++) begin : gen_fill
+    rt_hop #(
+        .Depth (Config.fill_hops),
+        .Valids(rt_config_pkg::Sources),
+        .data_t(fill_t)
+    ) u_hop (
+        .clk_i,
+        .rst_ni (wires_rst_n),
+        .valid_i(fill_valid[i]),
+        .data_i (fill[i]),
+        .valid_o(fill_valid[i+1]),
+        .data_o (fill[i+1])
+    );
   end
 
   rt_core_pkg::image_view_t view;
-  logic                     flush, rays_start;
+  logic                     flush;
   logic [2:0]               unit_flush, flushing;  // nodes, leaves, lists and triangles
   rt_copies #(
       .Copies(3)
@@ -121,14 +116,14 @@ module rt_core #(
       .data_o(unit_flush)
   );
 
-  localparam int unsigned ReadIndexBits = $clog2(rt_core_pkg::Sources);
+  localparam int unsigned ReadIndexBits = $clog2(rt_config_pkg::CoreSources);
   logic [ReadIndexBits-1:0] read_index_unused;
   logic                     end_index_unused;
 
   // --- read requests: one round-robin choice of all units, which have a register each, behind the sum that is the address; another behind it ---
   logic                       chosen_read_valid, chosen_read_ready;
   rt_core_pkg::read_request_t chosen_read;
-  localparam int unsigned Sources = rt_core_pkg::Sources;
+  localparam int unsigned Sources = rt_config_pkg::CoreSources;
   logic [Sources-1:0]         source_valid, source_ready, waiting_valid, waiting_ready;
   rt_core_pkg::read_request_t source_request[Sources], waiting_request[Sources];
   for (genvar s = 0; s < int'(Sources); s++) begin : gen_request
@@ -176,7 +171,7 @@ module rt_core #(
                                                          int unsigned bytes, int unsigned source,
                                                          logic [rt_core_pkg::MshrIdBits-1:0] mshr);
     request.addr   = base + rt_core_pkg::AddrBits'(offset);
-    request.len    = 8'((bytes * 8 + DataBits - 1) / DataBits - 1);
+    request.len    = 8'(rt_core_pkg::read_bytes(bytes, Config.granule_bytes) * 8 / DataBits - 1);
     request.source = rt_core_pkg::SourceBits'(source);
     request.mshr   = mshr;
   endfunction
@@ -184,54 +179,45 @@ module rt_core #(
   // What the host sets before the start, once more on its way.
   logic parent_links_q, mailbox_q;
   always_ff @(posedge clk_i) begin
-    parent_links_q <= parent_links_i;
-    mailbox_q      <= mailbox_i;
+    parent_links_q <= run_i.parent_links;
+    mailbox_q      <= run_i.use_mailbox;
   end
 
   // --- control ---
   rt_core_pkg::unit_events_t lane_events[Lanes];
   rt_core_pkg::unit_events_t leaf_events, reference_events;
-  logic                      hit_taken, hit_fault;
+  logic                      ray_taken, hit_taken, hit_fault, rays_open;
+  assign ray_taken = ray_valid_i && ray_ready_o;
   assign hit_taken = hit_valid_o && hit_ready_i;
-  assign hit_fault = hit_taken && hit_o.status > status_t'(rt_contract_pkg::StatusHit);
+  assign hit_fault = hit_taken && hit_o.hit.status > status_t'(rt_contract_pkg::StatusHit);
 
   rt_control #(
-      .DataBits(DataBits)
+      .DataBits(DataBits),
+      .InFlight(Contexts + 64)  // what rt_ray_setup, the finish queue and rt_hit_finish hold beside
   ) u_control (
       .clk_i,
-      .rst_ni            (rst_n[ResetControl]),
+      .rst_ni       (rst_n[ResetControl]),
       .start_i,
-      .image_base_i,
-      .image_lines_i,
-      .ray_count_i,
-      .own_step_limit_i,
-      .step_limit_i,
-      .fetch_valid_o     (source_valid[rt_core_pkg::SourceHeader]),
-      .fetch_ready_i     (source_ready[rt_core_pkg::SourceHeader]),
-      .fetch_o           (source_request[rt_core_pkg::SourceHeader]),
-      .fill_valid_i      (near_fill_q.valid[rt_core_pkg::SourceHeader]),
-      .fill_data_i       (near_fill_q.data),
-      .fill_last_i       (near_fill_q.last),
-      .fill_error_i      (near_fill_q.error),
-      .view_o            (view),
-      .flush_o           (flush),
-      .flushing_i        (flushing != '0),
-      .rays_start_o      (rays_start),
-      .hit_written_i,
-      .ray_fault_i       (hit_fault),
-      .ray_fault_status_i(hit_o.status),
-      .ray_fault_ray_i   (hit_ray_o),
-      .write_fault_i,
-      .write_fault_ray_i,
-      .started_o,
-      .busy_o,
-      .done_o,
-      .image_fault_o,
-      .ray_fault_o,
-      .first_fault_o,
-      .fault_ray_o,
-      .write_fault_o,
-      .write_fault_ray_o
+      .run_i,
+      .status_o,
+      .fetch_valid_o(source_valid[rt_config_pkg::SourceHeader]),
+      .fetch_ready_i(source_ready[rt_config_pkg::SourceHeader]),
+      .fetch_o      (source_request[rt_config_pkg::SourceHeader]),
+      .fill_valid_i (fill_valid[Near][rt_config_pkg::SourceHeader]),
+      .fill_data_i  (fill[Near].data),
+      .fill_last_i  (fill[Near].info.last),
+      .fill_error_i (fill[Near].info.error),
+      .view_o       (view),
+      .flush_o      (flush),
+      .flushing_i   (flushing != '0),
+      .rays_start_o,
+      .rays_open_o  (rays_open),
+      .sources_done_i,
+      .drained_o,
+      .sinks_done_i,
+      .ray_taken_i  (ray_taken),
+      .hit_taken_i  (hit_taken),
+      .hit_i        (hit_o)
   );
 
   // --- rays ---
@@ -243,22 +229,17 @@ module rt_core #(
   rt_core_pkg::ray_info_t  ray_info;
   logic [ContextBits:0]    contexts_used;
 
-  rt_ray_unit #(
+  logic launch_ray_ready;
+  assign ray_ready_o = launch_ray_ready && rays_open;
+  rt_launch #(
       .Config(Config)
-  ) u_rays (
+  ) u_launch (
       .clk_i,
       .rst_ni          (rst_n[ResetRays]),
-      .start_i         (rays_start),
-      .base_i          (ray_base_i),
-      .count_i         (ray_count_i),
-      .row_i           (ray_row_i),
       .box_i           (view.box),
-      .fetch_valid_o   (source_valid[rt_core_pkg::SourceRay]),
-      .fetch_ready_i   (source_ready[rt_core_pkg::SourceRay]),
-      .fetch_o         (source_request[rt_core_pkg::SourceRay]),
-      .fill_valid_i    (near_fill_q.valid[rt_core_pkg::SourceRay]),
-      .fill_data_i     (near_fill_q.data),
-      .fill_error_i    (near_fill_q.error),
+      .ray_valid_i     (ray_valid_i && rays_open),
+      .ray_ready_o     (launch_ray_ready),
+      .ray_i,
       .axis_valid_o    (axis_valid),
       .axis_o          (axis),
       .launch_valid_o  (ray_valid),
@@ -272,14 +253,9 @@ module rt_core #(
   );
 
   // --- launches: returns from leaves first; through a register, as they go to all lanes and units ---
-  logic                   return_valid, return_valid_q, launch_ray_q;
-  context_t               return_context, return_context_q, launch_context, launch_context_q;
-  logic [Lanes-1:0]       launch_valid_q;
-  rt_core_pkg::launch_t   return_launch, return_launch_q, launch_q;
-  rt_core_pkg::ray_info_t ray_info_q;
-  logic                   axis_valid_q;
-  context_t               axis_context_q;
-  rt_core_pkg::ray_axis_t axis_q;
+  logic                   return_valid, return_valid_q;
+  context_t               return_context, return_context_q, launch_context;
+  rt_core_pkg::launch_t   return_launch, return_launch_q;
   always_ff @(posedge clk_i) begin
     return_valid_q   <= return_valid && wires_rst_n;
     return_context_q <= return_context;
@@ -288,29 +264,72 @@ module rt_core #(
   assign ray_ready      = !return_valid_q;
   assign ray_go         = ray_valid && ray_ready;
   assign launch_context = return_valid_q ? return_context_q : ray_context;
-  always_ff @(posedge clk_i) begin
-    for (int unsigned l = 0; l < Lanes; l++) begin
-      launch_valid_q[l] <= (return_valid_q || ray_go) && 32'(launch_context) >> LaneContextBits == l && wires_rst_n;
-    end
-    launch_ray_q     <= ray_go && wires_rst_n;
-    launch_context_q <= launch_context;
-    launch_q         <= return_valid_q ? return_launch_q : ray_launch;
-    ray_info_q       <= ray_info;
-    axis_valid_q     <= axis_valid && wires_rst_n;
-    axis_context_q   <= ray_context;
-    axis_q           <= axis;
+  // What is launched, and an axis of a ray, each on its way: first from the launch on, then once more for leaves and references, and in every lane.
+  typedef struct packed {
+    context_t               ctx;
+    rt_core_pkg::launch_t   launch;
+    rt_core_pkg::ray_info_t info;
+  } launched_t;
+  typedef struct packed {
+    context_t               ctx;
+    rt_core_pkg::ray_axis_t axis;
+  } axis_t;
+  logic [Lanes-1:0] launch_lanes, launched_lanes;
+  logic             launched_ray, launched_axis_valid, stored_ray, stored_axis_valid;
+  launched_t        launched, stored;
+  axis_t            launched_axis, stored_axis;
+  always_comb begin
+    for (int unsigned l = 0; l < Lanes; l++) launch_lanes[l] = (return_valid_q || ray_go) && 32'(launch_context) >> LaneContextBits == l;
   end
-  // A second one for leaves and references, and in every lane.
-  logic                   stored_ray_q, stored_any_q, stored_axis_valid_q;
-  context_t               stored_context_q;
-  rt_core_pkg::ray_axis_t stored_axis_q;
-  always_ff @(posedge clk_i) begin
-    stored_ray_q        <= launch_ray_q && wires_rst_n;
-    stored_any_q        <= ray_info_q.any;
-    stored_axis_valid_q <= axis_valid_q && wires_rst_n;
-    stored_context_q    <= axis_context_q;
-    stored_axis_q       <= axis_q;
-  end
+  rt_hop #(
+      .Depth (Config.launch_hops),
+      .Valids(Lanes + 1),
+      .data_t(launched_t)
+  ) u_launched (
+      .clk_i,
+      .rst_ni (wires_rst_n),
+      .valid_i({ray_go, launch_lanes}),
+      .data_i ('{ctx: launch_context, launch: return_valid_q ? return_launch_q : ray_launch, info: ray_info}),
+      .valid_o({launched_ray, launched_lanes}),
+      .data_o (launched)
+  );
+  rt_hop #(
+      .Depth (Config.launch_hops),
+      .data_t(axis_t)
+  ) u_launched_axis (
+      .clk_i,
+      .rst_ni (wires_rst_n),
+      .valid_i(axis_valid),
+      .data_i ('{ctx: ray_context, axis: axis}),
+      .valid_o(launched_axis_valid),
+      .data_o (launched_axis)
+  );
+  rt_hop #(
+      .Depth (Config.launch_hops),
+      .data_t(launched_t)
+  ) u_stored (
+      .clk_i,
+      .rst_ni (wires_rst_n),
+      .valid_i(launched_ray),
+      .data_i (launched),
+      .valid_o(stored_ray),
+      .data_o (stored)
+  );
+  rt_hop #(
+      .Depth (Config.launch_hops),
+      .data_t(axis_t)
+  ) u_stored_axis (
+      .clk_i,
+      .rst_ni (wires_rst_n),
+      .valid_i(launched_axis_valid),
+      .data_i (launched_axis),
+      .valid_o(stored_axis_valid),
+      .data_o (stored_axis)
+  );
+
+  // What the end of a run asks: nothing is anywhere.
+  logic [Lanes-1:0] lanes_idle;
+  logic             nodes_idle, leaves_idle, references_idle;
 
   // --- lanes ---
   typedef struct packed {
@@ -348,10 +367,10 @@ module rt_core #(
       .data_o(lane_limits)
   );
   for (genvar l = 0; l < int'(Lanes); l++) begin : gen_lane
-    logic                               lane_valid_q, lane_axis_valid_q;
-    logic [LaneContextBits-1:0]         lane_context_q, lane_axis_context_q, out_context;
-    rt_core_pkg::launch_t               lane_launch_q;
-    rt_core_pkg::ray_axis_t             lane_axis_q;
+    logic                               lane_valid, lane_axis_valid;
+    logic [LaneContextBits-1:0]         out_context;
+    launched_t                          lane_launched;
+    axis_t                              lane_axis;
     arrival_t                           lane_arrival;
     logic                               lane_out_valid, lane_out_ready;
     rt_contract_pkg::pair_index_t       pair;
@@ -361,17 +380,28 @@ module rt_core #(
       lane_view.pair_count = lane_limits[l].pair_count;
       lane_view.step_limit = lane_limits[l].step_limit;
     end
-    // Loaded for this lane only.
-    always_ff @(posedge clk_i) begin
-      lane_valid_q        <= launch_valid_q[l] && rst_n[ResetLane+l];
-      lane_axis_valid_q   <= axis_valid_q && 32'(axis_context_q) >> LaneContextBits == l && rst_n[ResetLane+l];
-      lane_axis_context_q <= axis_context_q[LaneContextBits-1:0];
-      lane_axis_q         <= axis_q;
-      if (launch_valid_q[l]) begin
-        lane_context_q <= launch_context_q[LaneContextBits-1:0];
-        lane_launch_q  <= launch_q;
-      end
-    end
+    rt_hop #(
+        .Depth (Config.launch_hops),
+        .data_t(launched_t)
+    ) u_launched (
+        .clk_i,
+        .rst_ni (rst_n[ResetLane+l]),
+        .valid_i(launched_lanes[l]),
+        .data_i (launched),
+        .valid_o(lane_valid),
+        .data_o (lane_launched)
+    );
+    rt_hop #(
+        .Depth (Config.launch_hops),
+        .data_t(axis_t)
+    ) u_axis (
+        .clk_i,
+        .rst_ni (rst_n[ResetLane+l]),
+        .valid_i(launched_axis_valid && 32'(launched_axis.ctx) >> LaneContextBits == l),
+        .data_i (launched_axis),
+        .valid_o(lane_axis_valid),
+        .data_o (lane_axis)
+    );
     assign lane_arrival.ctx = out_context_of(l, out_context);
     rt_skid #(
         .data_t(arrival_t)
@@ -391,13 +421,13 @@ module rt_core #(
         .clk_i,
         .rst_ni          (rst_n[ResetLane+l]),
         .view_i          (lane_view),
-        .axis_valid_i    (lane_axis_valid_q),
-        .axis_context_i  (lane_axis_context_q),
-        .axis_number_i   (lane_axis_q.axis),
-        .axis_i          (lane_axis_q.walk),
-        .launch_valid_i  (lane_valid_q),
-        .launch_context_i(lane_context_q),
-        .launch_i        (lane_launch_q),
+        .axis_valid_i    (lane_axis_valid),
+        .axis_context_i  (lane_axis.ctx[LaneContextBits-1:0]),
+        .axis_number_i   (lane_axis.axis.axis),
+        .axis_i          (lane_axis.axis.walk),
+        .launch_valid_i  (lane_valid),
+        .launch_context_i(lane_launched.ctx[LaneContextBits-1:0]),
+        .launch_i        (lane_launched.launch),
         .out_valid_o     (lane_out_valid),
         .out_ready_i     (lane_out_ready),
         .out_context_o   (out_context),
@@ -414,7 +444,8 @@ module rt_core #(
         .wake_error_i    (node_wake_error[l]),
         .events_o        (lane_events[l]),
         .down_o          (lane_down[l]),
-        .up_o            (lane_up[l])
+        .up_o            (lane_up[l]),
+        .idle_o          (lanes_idle[l])
     );
     assign look_key[l]    = pair[rt_contract_pkg::PairIndexBits-1:LinePairBits];
     assign look_word[l]   = LinePairs > 1 ? pair[LineWordBits-1:0] : '0;
@@ -450,19 +481,20 @@ module rt_core #(
       .wake_ready_i (node_wake_ready),
       .wake_waiter_o(node_wake_context),
       .wake_error_o (node_wake_error),
-      .fetch_valid_o(source_valid[rt_core_pkg::SourceNode]),
-      .fetch_ready_i(source_ready[rt_core_pkg::SourceNode]),
+      .fetch_valid_o(source_valid[rt_config_pkg::SourceNode]),
+      .fetch_ready_i(source_ready[rt_config_pkg::SourceNode]),
       .fetch_key_o  (node_key),
       .fetch_mshr_o (node_mshr),
       .miss_o       (node_miss),
-      .fill_valid_i (near_fill_q.valid[rt_core_pkg::SourceNode]),
-      .fill_mshr_i  (near_fill_q.mshr),
-      .fill_data_i  (near_fill_q.data),
-      .fill_last_i  (near_fill_q.last),
-      .fill_error_i (near_fill_q.error)
+      .fill_valid_i (fill_valid[Near][rt_config_pkg::SourceNode]),
+      .fill_mshr_i  (fill[Near].info.mshr),
+      .fill_data_i  (fill[Near].data),
+      .fill_last_i  (fill[Near].info.last),
+      .fill_error_i (fill[Near].info.error),
+      .idle_o       (nodes_idle)
   );
-  assign source_request[rt_core_pkg::SourceNode] = request(
-      view.pair_base, 30'({node_key, (LinePairBits + 4)'(0)}), 16 * LinePairs, rt_core_pkg::SourceNode, node_mshr);
+  assign source_request[rt_config_pkg::SourceNode] = request(
+      view.pair_base, 30'({node_key, (LinePairBits + 4)'(0)}), 16 * LinePairs, rt_config_pkg::SourceNode, node_mshr);
 
   // --- arrivals: to the leaf unit, or straight to the result unit ---
   logic     first_valid, arrival_room, arrival_valid, arrival_ready, arrival_ends;
@@ -551,10 +583,10 @@ module rt_core #(
       .flushing_o          (flushing[1]),
       .view_i              (view),
       .parent_links_i      (parent_links_q),
-      .axis_valid_i        (stored_axis_valid_q),
-      .axis_context_i      (stored_context_q),
-      .axis_number_i       (stored_axis_q.axis),
-      .axis_i              (stored_axis_q.walk),
+      .axis_valid_i        (stored_axis_valid),
+      .axis_context_i      (stored_axis.ctx),
+      .axis_number_i       (stored_axis.axis.axis),
+      .axis_i              (stored_axis.axis.walk),
       .in_valid_i          (arrival_valid && !arrival_ends),
       .in_context_i        (arrival.ctx),
       .in_data_i           (arrival.arrival),
@@ -570,37 +602,69 @@ module rt_core #(
       .out_ready_i         (end_ready[1]),
       .out_context_o       (end_data[1].ctx),
       .out_event_o         (end_data[1].event_code),
-      .fetch_valid_o       (source_valid[rt_core_pkg::SourceLeaf]),
-      .fetch_ready_i       (source_ready[rt_core_pkg::SourceLeaf]),
+      .fetch_valid_o       (source_valid[rt_config_pkg::SourceLeaf]),
+      .fetch_ready_i       (source_ready[rt_config_pkg::SourceLeaf]),
       .fetch_key_o         (leaf_key),
       .fetch_mshr_o        (leaf_mshr),
-      .fill_valid_i        (leaf_fill_q.valid[rt_core_pkg::SourceLeaf]),
-      .fill_mshr_i         (leaf_fill_q.mshr),
-      .fill_data_i         (leaf_fill_q.data),
-      .fill_last_i         (leaf_fill_q.last),
-      .fill_error_i        (leaf_fill_q.error),
+      .fill_valid_i        (fill_valid[Leaf][rt_config_pkg::SourceLeaf]),
+      .fill_mshr_i         (fill[Leaf].info.mshr),
+      .fill_data_i         (fill[Leaf].data),
+      .fill_last_i         (fill[Leaf].info.last),
+      .fill_error_i        (fill[Leaf].info.error),
       .events_o            (leaf_events),
-      .leaf_o              (leaf_counted)
+      .leaf_o              (leaf_counted),
+      .idle_o              (leaves_idle)
   );
-  assign source_request[rt_core_pkg::SourceLeaf] =
+  assign source_request[rt_config_pkg::SourceLeaf] =
       request(view.leaf_base, {1'b0, leaf_key.leaf, {rt_core_pkg::LineShift{1'b0}}},
-              rt_core_pkg::LeafReadBytes + 8 * 32'(leaf_key.beats), rt_core_pkg::SourceLeaf, leaf_mshr);
+              rt_core_pkg::LeafReadBytes + 8 * 32'(leaf_key.beats), rt_config_pkg::SourceLeaf, leaf_mshr);
 
   // --- references and tests ---
-  logic                     iter_valid_q, references_valid_q, leave_valid_q;
-  context_t                 iter_context_q, references_context_q, leave_context_q;
-  rt_core_pkg::references_t references_q;
-  rt_core_pkg::leave_t      leave_q;
-  always_ff @(posedge clk_i) begin
-    leave_valid_q        <= leave_valid && wires_rst_n;
-    leave_context_q      <= leave_context;
-    leave_q              <= leave;
-    iter_valid_q         <= iter_valid && wires_rst_n;
-    iter_context_q       <= iter_context;
-    references_valid_q   <= references_valid && wires_rst_n;
-    references_context_q <= references_context;
-    references_q         <= references;
-  end
+  typedef struct packed {
+    context_t            ctx;
+    rt_core_pkg::leave_t leave;
+  } leave_t;
+  typedef struct packed {
+    context_t                 ctx;
+    rt_core_pkg::references_t references;
+  } references_t;
+  logic        left_valid, begin_valid, listed_valid;
+  context_t    begin_context;
+  leave_t      left;
+  references_t listed;
+  rt_hop #(
+      .Depth (Config.leaf_hops),
+      .data_t(leave_t)
+  ) u_left (
+      .clk_i,
+      .rst_ni (wires_rst_n),
+      .valid_i(leave_valid),
+      .data_i ('{ctx: leave_context, leave: leave}),
+      .valid_o(left_valid),
+      .data_o (left)
+  );
+  rt_hop #(
+      .Depth (Config.leaf_hops),
+      .data_t(context_t)
+  ) u_begin (
+      .clk_i,
+      .rst_ni (wires_rst_n),
+      .valid_i(iter_valid),
+      .data_i (iter_context),
+      .valid_o(begin_valid),
+      .data_o (begin_context)
+  );
+  rt_hop #(
+      .Depth (Config.leaf_hops),
+      .data_t(references_t)
+  ) u_listed (
+      .clk_i,
+      .rst_ni (wires_rst_n),
+      .valid_i(references_valid),
+      .data_i ('{ctx: references_context, references: references}),
+      .valid_o(listed_valid),
+      .data_o (listed)
+  );
   typedef struct packed {
     context_t ctx;
     logic     test;
@@ -624,17 +688,17 @@ module rt_core #(
       .flushing_o            (flushing[2]),
       .view_i                (view),
       .mailbox_i             (mailbox_q),
-      .axis_valid_i          (stored_axis_valid_q),
-      .ray_context_i         (stored_context_q),
-      .axis_number_i         (stored_axis_q.axis),
-      .axis_i                ('{direction: stored_axis_q.direction, origin: stored_axis_q.walk.origin}),
-      .ray_valid_i           (stored_ray_q),
-      .ray_any_i             (stored_any_q),
-      .references_valid_i    (references_valid_q),
-      .references_context_i  (references_context_q),
-      .references_i          (references_q),
-      .in_valid_i            (iter_valid_q),
-      .in_context_i          (iter_context_q),
+      .axis_valid_i          (stored_axis_valid),
+      .ray_context_i         (stored_axis.ctx),
+      .axis_number_i         (stored_axis.axis.axis),
+      .axis_i                ('{direction: stored_axis.axis.direction, origin: stored_axis.axis.walk.origin}),
+      .ray_valid_i           (stored_ray),
+      .ray_any_i             (stored.info.any),
+      .references_valid_i    (listed_valid),
+      .references_context_i  (listed.ctx),
+      .references_i          (listed.references),
+      .in_valid_i            (begin_valid),
+      .in_context_i          (begin_context),
       .has_hit_i             (has_hit),
       .out_valid_o           (test_valid),
       .out_ready_i           (test_ready),
@@ -643,29 +707,30 @@ module rt_core #(
       .out_test_o            (test_tag.test),
       .out_last_o            (test_tag.last),
       .out_event_o           (test_tag.event_code),
-      .list_fetch_valid_o    (source_valid[rt_core_pkg::SourceList]),
-      .list_fetch_ready_i    (source_ready[rt_core_pkg::SourceList]),
+      .list_fetch_valid_o    (source_valid[rt_config_pkg::SourceList]),
+      .list_fetch_ready_i    (source_ready[rt_config_pkg::SourceList]),
       .list_fetch_key_o      (list_key),
       .list_fetch_mshr_o     (list_mshr),
-      .list_fill_valid_i     (far_fill_q.valid[rt_core_pkg::SourceList]),
-      .triangle_fetch_valid_o(source_valid[rt_core_pkg::SourceTriangle]),
-      .triangle_fetch_ready_i(source_ready[rt_core_pkg::SourceTriangle]),
+      .list_fill_valid_i     (fill_valid[Far][rt_config_pkg::SourceList]),
+      .triangle_fetch_valid_o(source_valid[rt_config_pkg::SourceTriangle]),
+      .triangle_fetch_ready_i(source_ready[rt_config_pkg::SourceTriangle]),
       .triangle_fetch_key_o  (triangle_key),
       .triangle_fetch_mshr_o (triangle_mshr),
-      .triangle_fill_valid_i (far_fill_q.valid[rt_core_pkg::SourceTriangle]),
-      .fill_mshr_i           (far_fill_q.mshr),
-      .fill_data_i           (far_fill_q.data),
-      .fill_last_i           (far_fill_q.last),
-      .fill_error_i          (far_fill_q.error),
+      .triangle_fill_valid_i (fill_valid[Far][rt_config_pkg::SourceTriangle]),
+      .fill_mshr_i           (fill[Far].info.mshr),
+      .fill_data_i           (fill[Far].data),
+      .fill_last_i           (fill[Far].info.last),
+      .fill_error_i          (fill[Far].info.error),
       .events_o              (reference_events),
       .list_hit_o            (list_hit),
       .list_miss_o           (list_miss),
-      .skipped_o             (skipped)
+      .skipped_o             (skipped),
+      .idle_o                (references_idle)
   );
-  assign source_request[rt_core_pkg::SourceList] =
-      request(view.list_base, {list_key, {rt_core_pkg::LineShift{1'b0}}}, 64, rt_core_pkg::SourceList, list_mshr);
-  assign source_request[rt_core_pkg::SourceTriangle] =
-      request(view.triangle_base, {triangle_key, {rt_core_pkg::LineShift{1'b0}}}, rt_contract_pkg::TriangleUsedBits / 8, rt_core_pkg::SourceTriangle, triangle_mshr);
+  assign source_request[rt_config_pkg::SourceList] =
+      request(view.list_base, {list_key, {rt_core_pkg::LineShift{1'b0}}}, 64, rt_config_pkg::SourceList, list_mshr);
+  assign source_request[rt_config_pkg::SourceTriangle] =
+      request(view.triangle_base, {triangle_key, {rt_core_pkg::LineShift{1'b0}}}, rt_contract_pkg::TriangleUsedBits / 8, rt_config_pkg::SourceTriangle, triangle_mshr);
 
   typedef struct packed {
     test_tag_t                            tag;
@@ -704,19 +769,19 @@ module rt_core #(
   // --- results ---
   logic                                  finish_valid, finish_ready;
   rt_contract_pkg::hit_finish_in_record_t finish;
-  logic [31:0]                           finish_ray;
+  rt_core_pkg::ray_tag_t                 finish_tag;
   rt_result_unit #(
       .Config(Config)
   ) u_results (
       .clk_i,
       .rst_ni              (rst_n[ResetResults]),
       .parent_links_i      (parent_links_q),
-      .ray_valid_i     (launch_ray_q),
-      .ray_context_i   (launch_context_q),
-      .ray_i           (ray_info_q),
-      .leave_valid_i   (leave_valid_q),
-      .leave_context_i (leave_context_q),
-      .leave_i         (leave_q),
+      .ray_valid_i     (launched_ray),
+      .ray_context_i   (launched.ctx),
+      .ray_i           (launched.info),
+      .leave_valid_i   (left_valid),
+      .leave_context_i (left.ctx),
+      .leave_i         (left.leave),
       .direct_valid_i  (direct_valid),
       .direct_ready_o  (direct_ready),
       .direct_context_i(direct.ctx),
@@ -735,29 +800,29 @@ module rt_core #(
       .finish_valid_o  (finish_valid),
       .finish_ready_i  (finish_ready),
       .finish_o        (finish),
-      .finish_ray_o    (finish_ray),
+      .finish_tag_o    (finish_tag),
       .free_valid_o    (free_valid),
       .free_context_o  (free_context)
   );
 
   rt_hit_finish #(
-      .tag_t(logic [31:0])
+      .tag_t(rt_core_pkg::ray_tag_t)
   ) u_hit_finish (
       .clk_i,
       .rst_ni     (rst_n[ResetFinish]),
       .in_valid_i (finish_valid),
       .in_ready_o (finish_ready),
       .in_data_i  (finish),
-      .in_tag_i   (finish_ray),
+      .in_tag_i   (finish_tag),
       .out_valid_o(hit_valid_o),
       .out_ready_i(hit_ready_i),
-      .out_data_o (hit_o),
-      .out_tag_o  (hit_ray_o)
+      .out_data_o (hit_o.hit),
+      .out_tag_o  (hit_o.tag)
   );
 
   // --- counters: the order is that of the register map (rt_top) ---
-  function automatic rt_core_pkg::counter_step_t one(logic event_bit);
-    return rt_core_pkg::counter_step_t'(event_bit);
+  function automatic rt_config_pkg::counter_step_t one(logic event_bit);
+    return rt_config_pkg::counter_step_t'(event_bit);
   endfunction
   logic [Lanes-1:0] lane_hit, lane_busy, lane_starved;
   logic             leaf_blocked, reference_blocked, test_busy, test_starved;
@@ -772,39 +837,74 @@ module rt_core #(
   assign reference_blocked = !reference_events.busy && !reference_events.starved;
   assign test_busy         = test_valid;
   assign test_starved      = !test_valid && reference_events.starved;
-  rt_core_pkg::counter_step_t counter_step[rt_core_pkg::CounterCount];
-  always_ff @(posedge clk_i) counter_step_o <= counter_step;
+  rt_config_pkg::counter_steps_t steps;
+  always_ff @(posedge clk_i) steps_o <= steps;
   always_comb begin
-    for (int unsigned i = 0; i < rt_core_pkg::CounterCount; i++) counter_step[i] = '0;
-    counter_step[0]  = one(1'b1);
-    counter_step[1]  = one(hit_taken);
-    counter_step[2]  = one(hit_fault);
-    counter_step[3]  = rt_core_pkg::counter_step_t'($countones(lane_down));
-    counter_step[4]  = rt_core_pkg::counter_step_t'($countones(lane_up));
-    counter_step[5]  = one(leaf_counted);
-    counter_step[6]  = one(test_valid && test_tag.test);
-    counter_step[7]  = one(skipped);
-    counter_step[8]  = rt_core_pkg::counter_step_t'($countones(lane_hit));
-    counter_step[9]  = one(node_miss);
-    counter_step[10] = one(leaf_events.hit);
-    counter_step[11] = one(leaf_events.miss);
-    counter_step[12] = one(list_hit);
-    counter_step[13] = one(list_miss);
-    counter_step[14] = one(reference_events.hit);
-    counter_step[15] = one(reference_events.miss);
-    // 16, 17, 27 .. 29: the bus, in rt_top.
-    counter_step[18] = rt_core_pkg::counter_step_t'($countones(lane_busy));
-    counter_step[19] = rt_core_pkg::counter_step_t'($countones(lane_starved));
-    counter_step[20] = rt_core_pkg::counter_step_t'($countones(~(lane_busy | lane_starved)));
-    counter_step[21] = one(leaf_events.busy);
-    counter_step[22] = one(!leaf_events.busy && leaf_events.starved);
-    counter_step[23] = one(leaf_blocked);
-    counter_step[24] = one(test_busy);
-    counter_step[25] = one(test_starved);
-    counter_step[26] = one(!test_busy && !test_starved);
-    counter_step[30] = one(reference_events.busy);
-    counter_step[31] = one(!reference_events.busy && reference_events.starved);
-    counter_step[32] = one(reference_blocked);
-    counter_step[33] = rt_core_pkg::counter_step_t'(contexts_used);
+    steps                   = '0;
+    steps.clocks            = one(1'b1);
+    steps.rays              = one(hit_taken);
+    steps.faults            = one(hit_fault);
+    steps.down              = rt_config_pkg::counter_step_t'($countones(lane_down));
+    steps.up                = rt_config_pkg::counter_step_t'($countones(lane_up));
+    steps.leaf              = one(leaf_counted);
+    steps.tests             = one(test_valid && test_tag.test);
+    steps.skipped           = one(skipped);
+    steps.node_hits         = rt_config_pkg::counter_step_t'($countones(lane_hit));
+    steps.node_misses       = one(node_miss);
+    steps.leaf_hits         = one(leaf_events.hit);
+    steps.leaf_misses       = one(leaf_events.miss);
+    steps.list_hits         = one(list_hit);
+    steps.list_misses       = one(list_miss);
+    steps.triangle_hits     = one(reference_events.hit);
+    steps.triangle_misses   = one(reference_events.miss);
+    steps.lane_busy         = rt_config_pkg::counter_step_t'($countones(lane_busy));
+    steps.lane_starved      = rt_config_pkg::counter_step_t'($countones(lane_starved));
+    steps.lane_blocked      = rt_config_pkg::counter_step_t'($countones(~(lane_busy | lane_starved)));
+    steps.leaf_busy         = one(leaf_events.busy);
+    steps.leaf_starved      = one(!leaf_events.busy && leaf_events.starved);
+    steps.leaf_blocked      = one(leaf_blocked);
+    steps.test_busy         = one(test_busy);
+    steps.test_starved      = one(test_starved);
+    steps.test_blocked      = one(!test_busy && !test_starved);
+    steps.reference_busy    = one(reference_events.busy);
+    steps.reference_starved = one(!reference_events.busy && reference_events.starved);
+    steps.reference_blocked = one(reference_blocked);
+    steps.context_clocks    = rt_config_pkg::counter_step_t'(contexts_used);
   end
+
+  // --- at the end of a run nothing is anywhere ---
+`ifndef SYNTHESIS
+  localparam int unsigned Pipes = Lanes + 2;
+  logic [Pipes-1:0][31:0] waits;
+  logic [31:0]            longest_wait;
+  assign waits[Lanes]   = u_leaf.u_pipe.longest_q;
+  assign waits[Lanes+1] = u_references.u_pipe.longest_q;
+  for (genvar l = 0; l < int'(Lanes); l++) begin : gen_wait
+    assign waits[l] = gen_lane[l].u_lane.u_pipe.longest_q;
+  end
+  always_comb begin
+    longest_wait = '0;
+    for (int unsigned i = 0; i < Pipes; i++) if (waits[i] > longest_wait) longest_wait = waits[i];
+  end
+  rt_run_checker #(
+      .Config(Config)
+  ) u_checker (
+      .clk_i,
+      .rst_ni,
+      .started_i   (status_o.started),
+      .drained_i   (drained_o),
+      .done_i      (status_o.done),
+      .ray_taken_i (ray_taken),
+      .hit_taken_i (hit_taken),
+      .read_valid_i(read_valid_o),
+      .read_ready_i,
+      .read_i      (read_o),
+      .fill_i      (fill_i),
+      .contexts_i  (32'(contexts_used)),
+      .idle_i      (lanes_idle == '1 && nodes_idle && leaves_idle && references_idle && !arrival_valid && !first_valid && !direct_valid && !tri_valid && !entering_valid),
+      .freed_i     (free_valid),
+      .launched_i  (ray_go),
+      .longest_wait_i(longest_wait)
+  );
+`endif
 endmodule

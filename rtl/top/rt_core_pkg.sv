@@ -1,49 +1,7 @@
-// Configurations of the core and the records that travel between its units.
+// Records that travel into the core, out of it and between its units. What a build may choose is in rt_config_pkg (rtl/targets/core.toml).
 //
-// Purpose     One place for what a build may choose. rt_top takes one of the named configurations; every width below follows from it.
-// Rules       contexts_per_lane (16 or more), lines and ways are powers of two; data_bits is 64 or 128; mshrs is 2 .. 8; lanes is 1 .. 8.
+// Streams     Rays come with a tag and hits leave with it; neither says where they are stored. Requests and fills are the one memory port.
 package rt_core_pkg;
-
-  typedef struct packed {
-    logic [31:0] lanes;              // traversal lanes, one step a clock each
-    logic [31:0] contexts_per_lane;  // rays in flight a lane
-    logic [31:0] data_bits;          // AXI data bus
-    logic [31:0] node_pairs;         // node pairs of the node cache, 16 bytes each; every lane has a copy
-    logic [31:0] node_line_pairs;    // pairs a line: 1, 2 or 4
-    logic [31:0] leaf_lines;
-    logic [31:0] list_lines;
-    logic [31:0] triangle_lines;     // 48 bytes each
-    logic [31:0] ways;               // 1 or 2, every cache
-    logic [31:0] mshrs;              // misses in flight a cache
-    logic [31:0] mail_entries;       // entries a ray, 0 for none
-  } config_t;
-
-  // One lane: for tests and for small parts.
-  localparam config_t ConfigSmall = '{
-      lanes: 1, contexts_per_lane: 64, data_bits: 64, node_pairs: 1024, node_line_pairs: 4,
-      leaf_lines: 256, list_lines: 64, triangle_lines: 512, ways: 2, mshrs: 8, mail_entries: 8};
-  // ECP5-85F: four lanes and 128 contexts. Here the bus is the limit, so a line is one pair: nothing is read that no ray asked for.
-  localparam config_t ConfigEcp5 = '{
-      lanes: 4, contexts_per_lane: 32, data_bits: 64, node_pairs: 2048, node_line_pairs: 1,
-      leaf_lines: 1024, list_lines: 128, triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8};
-  // The same with fewer lanes, and with six; then the block RAMs of the part hold half a node cache for each.
-  localparam config_t ConfigEcp5l1 = '{
-      lanes: 1, contexts_per_lane: 32, data_bits: 64, node_pairs: 2048, node_line_pairs: 1,
-      leaf_lines: 1024, list_lines: 128, triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8};
-  localparam config_t ConfigEcp5l2 = '{
-      lanes: 2, contexts_per_lane: 32, data_bits: 64, node_pairs: 2048, node_line_pairs: 1,
-      leaf_lines: 1024, list_lines: 128, triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8};
-  localparam config_t ConfigEcp5l6 = '{
-      lanes: 6, contexts_per_lane: 32, data_bits: 64, node_pairs: 1024, node_line_pairs: 1,
-      leaf_lines: 1024, list_lines: 128, triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8};
-  // Four lanes with a bus of 16 bytes. Now lanes are the limit, so a line is two pairs (fewer misses), and twice as many contexts keep them busy.
-  localparam config_t ConfigEcp5x128 = '{
-      lanes: 4, contexts_per_lane: 64, data_bits: 128, node_pairs: 2048, node_line_pairs: 2,
-      leaf_lines: 1024, list_lines: 128, triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8};
-  // For larger parts.
-  localparam config_t ConfigWide = '{
-      lanes: 8, contexts_per_lane: 32, data_bits: 128, node_pairs: 1024, node_line_pairs: 2,
-      leaf_lines: 512, list_lines: 64, triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8};
 
   localparam int unsigned AddrBits = 40;
   localparam int unsigned LineShift = 6;  // 64-byte lines
@@ -51,21 +9,59 @@ package rt_core_pkg;
   localparam int unsigned SourceBits = 4;
   localparam int unsigned IdBits = SourceBits + MshrIdBits;
 
-  // Sources of read requests: the upper bits of ARID.
-  localparam int unsigned SourceHeader = 0;
-  localparam int unsigned SourceRay = 1;
-  localparam int unsigned SourceLeaf = 2;
-  localparam int unsigned SourceList = 3;
-  localparam int unsigned SourceTriangle = 4;
-  localparam int unsigned SourceNode = 5;
-  localparam int unsigned Sources = 6;
-
   typedef struct packed {
     logic [AddrBits-1:0]   addr;
     logic [7:0]            len;  // beats - 1
     logic [SourceBits-1:0] source;
     logic [MshrIdBits-1:0] mshr;
   } read_request_t;
+  // A beat of an answer; its data travel beside it, as wide as the bus.
+  typedef struct packed {
+    logic [rt_config_pkg::Sources-1:0] valid;  // a bit for each source
+    logic [MshrIdBits-1:0]             mshr;
+    logic                              last;
+    logic                              error;
+  } fill_t;
+  // Bytes that are read where `bytes` are needed: whole granules.
+  function automatic int unsigned read_bytes(int unsigned bytes, int unsigned granule);
+    return (bytes + granule - 1) / granule * granule;
+  endfunction
+
+  // Streams of the core. A ray that could not be read is marked, and its hit says so.
+  localparam int unsigned TagBits = 32;
+  typedef logic [TagBits-1:0] ray_tag_t;
+  typedef struct packed {
+    ray_tag_t                            tag;
+    logic                                error;
+    rt_contract_pkg::flag_t              any;
+    rt_contract_pkg::t_limit_t           t_max;
+    rt_contract_pkg::direction_t [2:0]   direction;
+    rt_contract_pkg::position_t [2:0]    origin;
+  } tagged_ray_t;
+  typedef struct packed {
+    ray_tag_t                     tag;
+    rt_contract_pkg::hit_record_t hit;
+  } tagged_hit_t;
+
+  // What a run is given; constant while it lasts.
+  typedef struct packed {
+    logic [AddrBits-1:0] image_base;  // a multiple of 64
+    logic [31:0]         image_lines;
+    logic                parent_links;
+    logic                use_mailbox;
+    logic                own_step_limit;
+    logic [31:0]         step_limit;
+  } run_t;
+  // What the core says of it. Faults are sticky until the next start.
+  typedef struct packed {
+    logic                     started;      // pulse
+    logic                     busy;
+    logic                     done;
+    logic [1:0]               image_fault;
+    logic                     ray_fault;
+    rt_contract_pkg::status_t first_fault;
+    ray_tag_t                 fault_tag;
+  } run_status_t;
 
   // What a context is told to do, beside the contract's error statuses (2 .. 7): go on, or finish with the best hit so far.
   localparam rt_contract_pkg::status_t EventGoOn = 4'd0;
@@ -131,7 +127,7 @@ package rt_core_pkg;
 
   // What the result unit has to know of a ray.
   typedef struct packed {
-    logic [31:0]               index;
+    ray_tag_t                  tag;
     rt_contract_pkg::flag_t    any;
     rt_contract_pkg::t_limit_t t_max;
   } ray_info_t;
@@ -188,23 +184,6 @@ package rt_core_pkg;
     logic [31:0]                      step_limit;
     rt_contract_pkg::position_t [5:0] box;
   } image_view_t;
-
-  // Counters of the register map, in its order, and the largest increment of each.
-  localparam int unsigned CounterCount = 34;
-  localparam int unsigned CounterStepBits = 9;
-  typedef logic [CounterStepBits-1:0] counter_step_t;
-  function automatic counter_step_t [CounterCount-1:0] counter_max_step(config_t config_i);
-    counter_step_t [CounterCount-1:0] result;
-    for (int unsigned i = 0; i < CounterCount; i++) result[i] = counter_step_t'(1);
-    result[3]  = counter_step_t'(config_i.lanes);  // down, up
-    result[4]  = counter_step_t'(config_i.lanes);
-    result[8]  = counter_step_t'(config_i.lanes);  // node_hits
-    result[18] = counter_step_t'(config_i.lanes);  // lane_busy, lane_starved, lane_blocked
-    result[19] = counter_step_t'(config_i.lanes);
-    result[20] = counter_step_t'(config_i.lanes);
-    result[33] = counter_step_t'(config_i.lanes * config_i.contexts_per_lane);  // context_clocks
-    return result;
-  endfunction
 
   // One-clock events for the counters of a unit that works on contexts.
   typedef struct packed {

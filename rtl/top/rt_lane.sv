@@ -5,7 +5,7 @@
 //               S0 read the goal   S1 look up the node pair   S2 -   S3 read the state   S4 cache answers   S5 checks; enter rt_kd_descend / rt_kd_backtrack
 //             and is ready again when the stage's result has been written to its state. At a leaf, or when it ends, it leaves through out_*.
 // Node cache  One for all lanes, with a port for each (rt_core): a context that misses is parked there; the lane goes on with others.
-// Replay      Where S5 cannot pass its context on (the stage or the queue is full), the context just becomes ready again: nothing of it
+// Retry       Where S5 cannot pass its context on (the stage or the queue is full), the context just becomes ready again: nothing of it
 //             has changed. So nothing in the lane ever stalls.
 // Launch      launch_* puts a context into a state and makes it ready: a new ray, or a return from its leaf. Always accepted; results of the
 //             stages wait meanwhile, as there is one memory of states.
@@ -14,7 +14,7 @@
 // Counterpart step_down, step_up in hls/top/trace.cpp. Source: Lee 2007, section 3.
 `include "rt_assert.svh"
 module rt_lane #(
-    parameter rt_core_pkg::config_t Config = rt_core_pkg::ConfigEcp5,
+    parameter rt_config_pkg::config_t Config = rt_config_pkg::ConfigEcp5,
     localparam int unsigned Contexts = Config.contexts_per_lane,
     localparam int unsigned ContextBits = $clog2(Contexts)
 ) (
@@ -49,9 +49,11 @@ module rt_lane #(
     // Counters.
     output rt_core_pkg::unit_events_t          events_o,
     output logic                               down_o,
-    output logic                               up_o
+    output logic                               up_o,
+    output logic                               idle_o  // no context is here
 );
   typedef logic [ContextBits-1:0] context_t;
+  logic pipe_idle;
   // Written by launches and by every step: what S1 looks up, and what S5 goes on from.
   typedef struct packed {
     rt_contract_pkg::status_t     event_code;  // not EventGoOn: what the context ends with
@@ -95,37 +97,34 @@ module rt_lane #(
     return 32'(pair) >= count;
   endfunction
 
-  // --- who is ready ---
-  localparam int unsigned Writes = 0;  // of a launch or a step
-  localparam int unsigned Replays = 1;
-  localparam int unsigned Pushes = 2;
-  logic [Pushes-1:0]    push_valid, push_error;
-  context_t [Pushes-1:0] push_context;
-  logic                 s0_valid, s0_error, replay_q, replay_error_q;
-  context_t             s0_context, replay_context_q;
-
-  rt_ready #(
+  // --- who is ready, and the stages ---
+  localparam int unsigned Stages = 6;
+  logic [Stages-1:0]     stage_valid, stage_error, park;
+  context_t [Stages-1:0] stage_context;
+  logic                  state_write_en_q, retry;
+  context_t              state_context_q;
+  rt_context_pipe #(
       .Contexts(Contexts),
-      .Pushes  (Pushes),
-      .Wakes   (1)
-  ) u_ready (
+      .Stages  (Stages)
+  ) u_pipe (
       .clk_i,
       .rst_ni,
-      .push_valid_i  (push_valid),
-      .push_context_i(push_context),
-      .push_error_i  (push_error),
+      .push_valid_i   (state_write_en_q),
+      .push_context_i (state_context_q),
       .wake_valid_i,
       .wake_ready_o,
       .wake_context_i,
       .wake_error_i,
-      .valid_o       (s0_valid),
-      .context_o     (s0_context),
-      .error_o       (s0_error)
+      .stage_valid_o  (stage_valid),
+      .stage_context_o(stage_context),
+      .stage_error_o  (stage_error),
+      .park_i         (park),
+      .retry_i        (retry),
+      .again_i        (1'b0),
+      .idle_o         (pipe_idle)
   );
 
   // --- S1: what it looks up is there ---
-  logic                        s1_valid_q, s1_error_q;
-  context_t                    s1_context_q;
   goal_t                       s0_goal, s1_goal_q;
   rt_contract_pkg::status_t    s1_event;
   logic                        s1_look;
@@ -133,13 +132,11 @@ module rt_lane #(
   // Whoever had a look-up that met an error was going on before it.
   always_comb begin
     s1_event = s1_goal_q.event_code;
-    if (s1_error_q && s1_goal_q.event_code == rt_core_pkg::EventGoOn) s1_event = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
+    if (stage_error[1] && s1_goal_q.event_code == rt_core_pkg::EventGoOn) s1_event = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
   end
-  assign s1_look = s1_valid_q && s1_event == rt_core_pkg::EventGoOn;
+  assign s1_look = stage_valid[1] && s1_event == rt_core_pkg::EventGoOn;
 
   // --- S2, S3, S4: on the way; state, ray and segment are there in S4, where the cache answers ---
-  logic                     s2_valid_q, s3_valid_q, s4_valid_q;
-  context_t                 s2_context_q, s3_context_q, s4_context_q;
   state_t                   s3_state, s4_state_q;
   rt_contract_pkg::status_t s2_event_q, s3_event_q, s4_event_q;
   rt_core_pkg::walk_axis_t [rt_core_pkg::Axes-1:0] s4_axes;
@@ -148,17 +145,16 @@ module rt_lane #(
 
   assign look_valid_o   = s1_look;
   assign look_pair_o    = s1_goal_q.pair;
-  assign look_context_o = s1_context_q;
+  assign look_context_o = stage_context[1];
 
   // --- S5: on to the stages ---
-  logic                              s5_here_q, s5_look_q, s5_hit_q, s5_valid;
-  context_t                          s5_context_q;
+  logic                              s5_look_q, s5_hit_q, s5_valid;
   state_t                            s5_state_q;
   rt_contract_pkg::status_t          s5_event_q;
   rt_contract_pkg::node_pair_record_t s5_pair_q;
   rt_core_pkg::walk_ray_t            s5_ray_q;
   segment_t                          s5_segment_q;
-  logic                              s5_right, s5_at_leaf, s5_out, s5_down, s5_up, s5_replay, out_ready;
+  logic                              s5_right, s5_at_leaf, s5_out, s5_down, s5_up, out_ready;
   rt_contract_pkg::position_t        s5_split;
   rt_contract_pkg::axis_t            s5_axis;
   rt_contract_pkg::pair_index_t      s5_child;
@@ -167,7 +163,11 @@ module rt_lane #(
   logic                              s5_at_limit_q, s5_child_beyond, s5_grandparent_beyond;
 
   // Without a look-up there is an event; after a miss the cache has the context.
-  assign s5_valid   = s5_here_q && (!s5_look_q || s5_hit_q);
+  assign s5_valid   = stage_valid[5] && !park[5];
+  always_comb begin
+    park    = '0;
+    park[5] = s5_look_q && !s5_hit_q;
+  end
   assign s5_right   = s5_state_q.up ? s5_state_q.parent[0] : s5_state_q.node[0];
   assign s5_split   = s5_right ? s5_pair_q.right_split : s5_pair_q.left_split;
   assign s5_axis    = s5_right ? s5_pair_q.right_axis : s5_pair_q.left_axis;
@@ -216,7 +216,7 @@ module rt_lane #(
   end
   assign descend_enter   = s5_down && descend_ready;
   assign backtrack_enter = s5_up && backtrack_ready;
-  assign s5_replay = (s5_down && !descend_ready) || (s5_up && !backtrack_ready) || (s5_out && !out_ready);
+  assign retry = (s5_down && !descend_ready) || (s5_up && !backtrack_ready) || (s5_out && !out_ready);
 
   rt_kd_descend #(
       .tag_t(descend_tag_t)
@@ -226,7 +226,7 @@ module rt_lane #(
       .in_valid_i (descend_enter),
       .in_ready_o (descend_ready),
       .in_data_i  (descend_in),
-      .in_tag_i   ('{ctx: s5_context_q, steps: s5_steps_q, at_limit: s5_at_limit_q, child_beyond: s5_child_beyond}),
+      .in_tag_i   ('{ctx: stage_context[5], steps: s5_steps_q, at_limit: s5_at_limit_q, child_beyond: s5_child_beyond}),
       .out_valid_o(descend_valid),
       .out_ready_i(descend_take),
       .out_data_o (descend_out),
@@ -242,7 +242,7 @@ module rt_lane #(
       .in_ready_o (backtrack_ready),
       .in_data_i  (backtrack_in),
       .in_tag_i   ('{
-          ctx: s5_context_q,
+          ctx: stage_context[5],
           steps: s5_steps_q,
           at_limit: s5_at_limit_q,
           child_beyond: s5_child_beyond,
@@ -261,7 +261,7 @@ module rt_lane #(
   } out_t;
   out_t out_in, out_data;
   always_comb begin
-    out_in.ctx                = s5_context_q;
+    out_in.ctx                = stage_context[5];
     out_in.arrival.event_code = s5_event_q;
     out_in.arrival.leaf       = s5_child;
     out_in.arrival.size       = s5_size;
@@ -297,8 +297,7 @@ module rt_lane #(
   assign launch_state = '{steps: launch_i.steps, up: launch_i.up, parent: launch_i.parent, node: launch_i.node};
   state_t                   state_write, state_write_q;
   goal_t                    goal_write, goal_write_q;
-  context_t                 state_context, state_context_q;
-  logic                     state_write_en_q;
+  context_t                 state_context;
   rt_contract_pkg::status_t backtrack_fault;
   assign backtrack_take = !launch_valid_i;
   assign descend_take   = !launch_valid_i && !backtrack_valid;
@@ -343,7 +342,7 @@ module rt_lane #(
       .write_en_i  (state_write_en_q),
       .write_addr_i(state_context_q),
       .write_data_i(goal_write_q),
-      .read_addr_i (s0_context),
+      .read_addr_i (stage_context[0]),
       .read_data_o (s0_goal)
   );
   rt_ram_lut #(
@@ -355,7 +354,7 @@ module rt_lane #(
       .write_en_i  (state_write_en_q),
       .write_addr_i(state_context_q),
       .write_data_i(state_write_q),
-      .read_addr_i (s3_context_q),
+      .read_addr_i (stage_context[3]),
       .read_data_o (s3_state)
   );
   rt_ram_sdp #(
@@ -367,8 +366,8 @@ module rt_lane #(
       .write_en_i  (launch_valid_i),
       .write_addr_i(launch_context_i),
       .write_data_i('{plane: launch_i.plane, face: launch_i.face, t: launch_i.t}),
-      .read_en_i   (s3_valid_q),
-      .read_addr_i (s3_context_q),
+      .read_en_i   (stage_valid[3]),
+      .read_addr_i (stage_context[3]),
       .read_data_o (s4_segment)
   );
   rt_ray_ram #(
@@ -381,39 +380,21 @@ module rt_lane #(
       .write_context_i(axis_context_i),
       .write_axis_i   (axis_number_i),
       .write_data_i   (axis_i),
-      .read_en_i      (s3_valid_q),
-      .read_context_i (s3_context_q),
+      .read_en_i      (stage_valid[3]),
+      .read_context_i (stage_context[3]),
       .read_data_o    (s4_axes)
   );
   assign s4_ray = rt_core_pkg::walk_ray_of(s4_axes);
 
-  assign push_valid[Writes]     = state_write_en_q;
-  assign push_context[Writes]   = state_context_q;
-  assign push_error[Writes]     = 1'b0;
-  assign push_valid[Replays]    = replay_q;
-  assign push_context[Replays]  = replay_context_q;
-  assign push_error[Replays]    = replay_error_q;
-
   always_ff @(posedge clk_i) begin
-    s1_valid_q    <= s0_valid;
-    s1_error_q    <= s0_error;
-    s1_context_q  <= s0_context;
     s1_goal_q    <= s0_goal;
-    s2_valid_q   <= s1_valid_q;
-    s2_context_q <= s1_context_q;
     s2_event_q   <= s1_event;
-    s3_valid_q   <= s2_valid_q;
-    s3_context_q <= s2_context_q;
     s3_event_q   <= s2_event_q;
-    s4_valid_q   <= s3_valid_q;
-    s4_context_q <= s3_context_q;
     s4_state_q   <= s3_state;
     s4_event_q   <= s3_event_q;
     s5_look_q    <= look_valid_i;
     s5_hit_q     <= look_hit_i;
     s5_pair_q    <= look_data_i;
-    s5_here_q    <= s4_valid_q;
-    s5_context_q <= s4_context_q;
     s5_state_q   <= s4_state_q;
     s5_steps_q   <= s4_steps_q;
     s5_at_limit_q <= s4_steps_q >= view_i.step_limit;
@@ -421,23 +402,13 @@ module rt_lane #(
     s5_event_q   <= s4_event_q;
     s5_ray_q     <= s4_ray;
     s5_segment_q <= s4_segment;
-    replay_q         <= s5_replay;
-    replay_context_q <= s5_context_q;
-    replay_error_q   <= s5_event_q == rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
-    if (!rst_ni) begin
-      s1_valid_q <= 1'b0;
-      s2_valid_q <= 1'b0;
-      s3_valid_q <= 1'b0;
-      s4_valid_q <= 1'b0;
-      s5_here_q  <= 1'b0;
-      replay_q   <= 1'b0;
-    end
   end
 
   assign events_o.hit     = s5_look_q && s5_hit_q;
   assign events_o.miss    = 1'b0;  // counted where lines are fetched
-  assign events_o.busy    = s5_valid && !s5_replay;
-  assign events_o.starved = !s0_valid;
+  assign events_o.busy    = s5_valid && !retry;
+  assign events_o.starved = !stage_valid[0];
   assign down_o           = descend_enter;
   assign up_o             = backtrack_enter;
+  assign idle_o           = pipe_idle && !descend_valid && !backtrack_valid && !out_valid_o && !launch_valid_i;
 endmodule

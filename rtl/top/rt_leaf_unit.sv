@@ -4,12 +4,12 @@
 //             P5 cache answers   P6 enter rt_leaf_exit. What comes out is kept as how the leaf is left (leave_*, for the result unit) and what is to be
 //             tested (references, iter_*). Leaves without references, and contexts that end here, go to the result unit at once (out_*).
 // Reads       As much of a record as its size code says; the code is part of the cache's key.
-// Misses      Parked in the cache and woken. Replay as in rt_lane.
+// Misses      Parked in the cache and woken. Retry as in rt_lane.
 // Order       Of statuses as in hls/top/trace.cpp: index, kind, t_exit < t, count.
 // Counterpart arrive_at_leaf in hls/top/trace.cpp. Source: Lee 2007, section 3.
 `include "rt_assert.svh"
 module rt_leaf_unit #(
-    parameter rt_core_pkg::config_t Config = rt_core_pkg::ConfigEcp5,
+    parameter rt_config_pkg::config_t Config = rt_config_pkg::ConfigEcp5,
     localparam int unsigned Contexts = Config.lanes * Config.contexts_per_lane,
     localparam int unsigned ContextBits = $clog2(Contexts),
     localparam int unsigned DataBits = Config.data_bits
@@ -55,7 +55,8 @@ module rt_leaf_unit #(
     input  logic                               fill_last_i,
     input  logic                               fill_error_i,
     output rt_core_pkg::unit_events_t          events_o,
-    output logic                               leaf_o
+    output logic                               leaf_o,
+    output logic                               idle_o  // no context is here, no read is in flight
 );
   typedef logic [ContextBits-1:0] context_t;
   // What P2 looks up, and what P6 goes on from.
@@ -82,46 +83,46 @@ module rt_leaf_unit #(
     rt_contract_pkg::node_index_t [2:0] link;  // of the face the ray could leave through, by axis
   } tag_t;
 
-  // --- who is ready ---
-  localparam int unsigned Arrivals = 0;
-  localparam int unsigned Replays = 1;
-  localparam int unsigned Pushes = 2;
-  logic [Pushes-1:0]     push_valid, push_error;
-  context_t [Pushes-1:0] push_context;
-  logic                  replay_q, replay_error_q;
-  context_t              replay_context_q;
-  logic                  p0_valid, p0_error, wake_valid, wake_ready, wake_error;
-  context_t              p0_context, wake_context;
-  rt_ready #(
+  // --- who is ready, and the stages ---
+  localparam int unsigned Stages = 7;
+  logic [Stages-1:0]     stage_valid, stage_error, park;
+  context_t [Stages-1:0] stage_context;
+  logic                  retry, pipe_idle, cache_idle;
+  logic                  wake_valid, wake_ready, wake_error;
+  context_t              wake_context;
+  logic                  in_valid_q;
+  context_t              in_context_q;
+  rt_context_pipe #(
       .Contexts(Contexts),
-      .Pushes  (Pushes),
-      .Wakes   (1)
-  ) u_ready (
+      .Stages  (Stages)
+  ) u_pipe (
       .clk_i,
       .rst_ni,
-      .push_valid_i  (push_valid),
-      .push_context_i(push_context),
-      .push_error_i  (push_error),
-      .wake_valid_i  (wake_valid),
-      .wake_ready_o  (wake_ready),
-      .wake_context_i(wake_context),
-      .wake_error_i  (wake_error),
-      .valid_o       (p0_valid),
-      .context_o     (p0_context),
-      .error_o       (p0_error)
+      .push_valid_i   (in_valid_q),
+      .push_context_i (in_context_q),
+      .wake_valid_i   (wake_valid),
+      .wake_ready_o   (wake_ready),
+      .wake_context_i (wake_context),
+      .wake_error_i   (wake_error),
+      .stage_valid_o  (stage_valid),
+      .stage_context_o(stage_context),
+      .stage_error_o  (stage_error),
+      .park_i         (park),
+      .retry_i        (retry),
+      .again_i        (1'b0),
+      .idle_o         (pipe_idle)
   );
 
   // --- P1, P2: what it looks up is there in P2 ---
-  logic                     p1_valid_q, p1_error_q, p2_valid_q, p2_error_q, p2_look, p3_valid_q, p4_valid_q;
-  context_t                 p1_context_q, p2_context_q, p3_context_q, p4_context_q;
+  logic                     p2_look;
   goal_t                    p1_goal, p2_goal_q;
   rt_contract_pkg::status_t p2_fault;
   always_comb begin
     p2_fault = rt_core_pkg::EventGoOn;
-    if (p2_error_q) p2_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
+    if (stage_error[2]) p2_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
     else if (p2_goal_q.beyond) p2_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadIndex);
   end
-  assign p2_look = p2_valid_q && p2_fault == rt_core_pkg::EventGoOn;
+  assign p2_look = stage_valid[2] && p2_fault == rt_core_pkg::EventGoOn;
 
   rt_core_pkg::leaf_key_t p2_key;
   assign p2_key.leaf  = p2_goal_q.leaf;
@@ -129,8 +130,6 @@ module rt_leaf_unit #(
 
   // What can be said of an arrival is said before it is stored: a block RAM answers late. Planes, links and kind are always read, the parent where
   // walks climb, and as many references as there are. Refs end at bits 380, 428, 452.
-  logic                  in_valid_q;
-  context_t              in_context_q;
   rt_core_pkg::arrival_t in_data_q;
   goal_t                 in_goal;
   state_t                in_state, p5_state, p6_state_q;
@@ -159,8 +158,8 @@ module rt_leaf_unit #(
       .write_en_i  (in_valid_q),
       .write_addr_i(in_context_q),
       .write_data_i(in_goal),
-      .read_en_i   (p0_valid),
-      .read_addr_i (p0_context),
+      .read_en_i   (stage_valid[0]),
+      .read_addr_i (stage_context[0]),
       .read_data_o (p1_goal)
   );
   rt_ram_sdp #(
@@ -172,8 +171,8 @@ module rt_leaf_unit #(
       .write_en_i  (in_valid_q),
       .write_addr_i(in_context_q),
       .write_data_i(in_state),
-      .read_en_i   (p4_valid_q),
-      .read_addr_i (p4_context_q),
+      .read_en_i   (stage_valid[4]),
+      .read_addr_i (stage_context[4]),
       .read_data_o (p5_state)
   );
 
@@ -182,8 +181,7 @@ module rt_leaf_unit #(
   rt_contract_pkg::status_t p3_fault_q, p4_fault_q;
   rt_core_pkg::walk_axis_t [rt_core_pkg::Axes-1:0] p5_axes;
 
-  logic                                  p5_here_q, p5_valid, p5_look, p5_hit, enter, enter_ready;
-  context_t                              p5_context_q;
+  logic                                  p5_look, p5_hit, enter, enter_ready;
   rt_core_pkg::leaf_size_t               p5_size_q;
   rt_contract_pkg::status_t              p5_fault_q;
   rt_contract_pkg::leaf_record_t         p5_leaf;
@@ -210,7 +208,7 @@ module rt_leaf_unit #(
       .req_valid_i (p2_look),
       .req_key_i   (p2_key),
       .req_word_i  (1'b0),
-      .req_waiter_i(p2_context_q),
+      .req_waiter_i(stage_context[2]),
       .rsp_valid_o (p5_look),
       .rsp_hit_o   (p5_hit),
       .rsp_data_o  (p5_leaf),
@@ -227,7 +225,8 @@ module rt_leaf_unit #(
       .fill_mshr_i,
       .fill_data_i,
       .fill_last_i,
-      .fill_error_i
+      .fill_error_i,
+      .idle_o      (cache_idle)
   );
   rt_ray_ram #(
       .Contexts(Contexts),
@@ -239,22 +238,21 @@ module rt_leaf_unit #(
       .write_context_i(axis_context_i),
       .write_axis_i   (axis_number_i),
       .write_data_i   (axis_i),
-      .read_en_i      (p4_valid_q),
-      .read_context_i (p4_context_q),
+      .read_en_i      (stage_valid[4]),
+      .read_context_i (stage_context[4]),
       .read_data_o    (p5_axes)
   );
 
   // --- P5: without a look-up there is a fault; after a miss the cache has the context ---
-  assign p5_valid = p5_here_q && (!p5_look || p5_hit);
-  logic                         p6_valid_q, p6_replay;
-  context_t                     p6_context_q;
+  always_comb begin
+    park    = '0;
+    park[5] = p5_look && !p5_hit;
+  end
   rt_core_pkg::leaf_size_t      p6_size_q;
   rt_contract_pkg::status_t     p6_fault_q;
   rt_contract_pkg::leaf_record_t p6_leaf_q;
   rt_core_pkg::walk_ray_t       p6_ray_q;
   always_ff @(posedge clk_i) begin
-    p6_valid_q   <= p5_valid && rst_ni;
-    p6_context_q <= p5_context_q;
     p6_size_q    <= p5_size_q;
     p6_state_q   <= p5_state;
     p6_fault_q   <= p5_fault_q;
@@ -272,7 +270,7 @@ module rt_leaf_unit #(
     exit_in.zero       = p6_ray_q.zero;
     exit_in.negative   = p6_ray_q.negative;
     exit_in.t          = p6_state_q.t;
-    tag_in.ctx     = p6_context_q;
+    tag_in.ctx     = stage_context[6];
     tag_in.fault       = p6_fault_q;
     tag_in.bad_kind    = p6_leaf_q.kind != rt_contract_pkg::axis_t'(rt_contract_pkg::KindTriangles);
     tag_in.steps       = p6_state_q.steps;
@@ -286,8 +284,8 @@ module rt_leaf_unit #(
   end
   assign p6_count  = p6_size_q < rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong) ?
                        rt_contract_pkg::triangle_index_t'(p6_size_q) : p6_leaf_q.count;
-  assign enter     = p6_valid_q && enter_ready;
-  assign p6_replay = p6_valid_q && !enter_ready;
+  assign enter     = stage_valid[6] && enter_ready;
+  assign retry     = stage_valid[6] && !enter_ready;
 
   rt_leaf_exit #(
       .tag_t(tag_t)
@@ -304,7 +302,7 @@ module rt_leaf_unit #(
       .out_tag_o  (tag_out)
   );
   assign references_valid_o   = enter;
-  assign references_context_o = p6_context_q;
+  assign references_context_o = stage_context[6];
   assign references_o = '{
           steps: p6_state_q.steps,
           list_base: p6_leaf_q.list_base,
@@ -358,50 +356,22 @@ module rt_leaf_unit #(
   assign out_context_o = out_data.ctx;
   assign out_event_o   = out_data.event_code;
 
-  assign push_valid[Arrivals]   = in_valid_q;
-  assign push_context[Arrivals] = in_context_q;
-  assign push_error[Arrivals]   = 1'b0;
-  assign push_valid[Replays]    = replay_q;
-  assign push_context[Replays]  = replay_context_q;
-  assign push_error[Replays]    = replay_error_q;
-
   always_ff @(posedge clk_i) begin
-    p1_valid_q   <= p0_valid;
-    p1_error_q   <= p0_error;
-    p1_context_q <= p0_context;
-    p2_valid_q   <= p1_valid_q;
-    p2_error_q   <= p1_error_q;
-    p2_context_q <= p1_context_q;
-    p2_goal_q    <= p1_goal;
-    p3_valid_q   <= p2_valid_q;
-    p3_context_q <= p2_context_q;
-    p3_size_q    <= p2_goal_q.size;
-    p3_fault_q   <= p2_fault;
-    p4_valid_q   <= p3_valid_q;
-    p4_context_q <= p3_context_q;
-    p4_size_q    <= p3_size_q;
-    p4_fault_q   <= p3_fault_q;
-    p5_here_q    <= p4_valid_q;
-    p5_context_q <= p4_context_q;
-    p5_size_q    <= p4_size_q;
-    p5_fault_q   <= p4_fault_q;
-    replay_q         <= p6_replay;
-    replay_context_q <= p6_context_q;
-    replay_error_q   <= p6_fault_q == rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
-    if (!rst_ni) begin
-      p1_valid_q <= 1'b0;
-      p2_valid_q <= 1'b0;
-      p3_valid_q <= 1'b0;
-      p4_valid_q <= 1'b0;
-      p5_here_q  <= 1'b0;
-      replay_q   <= 1'b0;
-    end
+    p2_goal_q  <= p1_goal;
+    p3_size_q  <= p2_goal_q.size;
+    p3_fault_q <= p2_fault;
+    p4_size_q  <= p3_size_q;
+    p4_fault_q <= p3_fault_q;
+    p5_size_q  <= p4_size_q;
+    p5_fault_q <= p4_fault_q;
   end
 
   assign events_o.hit     = p5_look && p5_hit;
   assign events_o.busy    = enter;
-  assign events_o.starved = !p0_valid;
+  assign events_o.starved = !stage_valid[0];
   assign leaf_o           = enter && p6_fault_q == rt_core_pkg::EventGoOn;
+
+  assign idle_o           = pipe_idle && cache_idle && !in_valid_i && !in_valid_q && !exit_valid && !out_valid_o;
 
   // The face belongs to the side the ray moves to, so the three links kept are enough.
   `RT_ASSERT(FaceIsOnExitSide, !exit_valid || !exit_out.exits || exit_out.face[0] == tag_out.upper[exit_out.face[2:1]])

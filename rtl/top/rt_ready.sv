@@ -22,7 +22,8 @@ module rt_ready #(
     input  logic [Wakes-1:0]                  wake_error_i,
     output logic                              valid_o,
     output logic [ContextBits-1:0]            context_o,
-    output logic                              error_o
+    output logic                              error_o,
+    output logic                              idle_o    // no context waits or leaves
 );
   localparam int unsigned Sources = Pushes + Wakes;
   localparam int unsigned SourceBits = Sources > 1 ? $clog2(Sources) : 1;
@@ -82,4 +83,5 @@ module rt_ready #(
   assign valid_o   = valid_q;
   assign context_o = chosen_q.ctx;
   assign error_o   = chosen_q.error;
+  assign idle_o    = source_valid == '0 && !valid_q;
 endmodule

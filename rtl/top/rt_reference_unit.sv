@@ -11,7 +11,7 @@
 // Source      Amanatides & Woo 1987 (mailbox).
 `include "rt_assert.svh"
 module rt_reference_unit #(
-    parameter rt_core_pkg::config_t Config = rt_core_pkg::ConfigEcp5,
+    parameter rt_config_pkg::config_t Config = rt_config_pkg::ConfigEcp5,
     localparam int unsigned Contexts = Config.lanes * Config.contexts_per_lane,
     localparam int unsigned ContextBits = $clog2(Contexts),
     localparam int unsigned DataBits = Config.data_bits
@@ -62,7 +62,8 @@ module rt_reference_unit #(
     output rt_core_pkg::unit_events_t            events_o,  // hit and miss of the triangle cache
     output logic                                 list_hit_o,
     output logic                                 list_miss_o,
-    output logic                                 skipped_o
+    output logic                                 skipped_o,
+    output logic                                 idle_o  // no context is here, no read is in flight
 );
   localparam int unsigned TriangleBits = rt_contract_pkg::TriangleUsedBits;
   localparam int unsigned EntryBits = 32;
@@ -105,50 +106,53 @@ module rt_reference_unit #(
     return limit_t'(left);
   endfunction
 
-  // --- who is ready ---
-  localparam int unsigned Leaves = 0;
-  localparam int unsigned Rest = 1;  // replays, and contexts with references left
-  localparam int unsigned Pushes = 2;
+  // --- who is ready, and the stages ---
+  localparam int unsigned Stages = 10;
   localparam int unsigned FromList = 0;
   localparam int unsigned FromTriangle = 1;
   localparam int unsigned Wakes = 2;
-  logic [Pushes-1:0]     push_valid, push_error;
-  context_t [Pushes-1:0] push_context;
+  logic [Stages-1:0]     stage_valid, stage_error, park;
+  context_t [Stages-1:0] stage_context;
+  logic                  pipe_idle, list_idle, triangle_idle;
   logic [Wakes-1:0]      wake_valid, wake_ready, wake_error;
   context_t [Wakes-1:0]  wake_context;
   logic [Contexts-1:0]   first_q;  // nothing of the leaf is done
   logic [Contexts-1:0]   fresh_q;  // nothing is done for the ray
-  logic                  i0_valid, i0_error, rest_q, rest_error_q;
-  context_t              i0_context, rest_context_q;
-  rt_ready #(
+  rt_context_pipe #(
       .Contexts(Contexts),
-      .Pushes  (Pushes),
+      .Stages  (Stages),
       .Wakes   (Wakes)
-  ) u_ready (
+  ) u_pipe (
       .clk_i,
       .rst_ni,
-      .push_valid_i  (push_valid),
-      .push_context_i(push_context),
-      .push_error_i  (push_error),
-      .wake_valid_i  (wake_valid),
-      .wake_ready_o  (wake_ready),
-      .wake_context_i(wake_context),
-      .wake_error_i  (wake_error),
-      .valid_o       (i0_valid),
-      .context_o     (i0_context),
-      .error_o       (i0_error)
+      .push_valid_i   (in_valid_i),
+      .push_context_i (in_context_i),
+      .wake_valid_i   (wake_valid),
+      .wake_ready_o   (wake_ready),
+      .wake_context_i (wake_context),
+      .wake_error_i   (wake_error),
+      .stage_valid_o  (stage_valid),
+      .stage_context_o(stage_context),
+      .stage_error_o  (stage_error),
+      .park_i         (park),
+      .retry_i        (i9_replay),
+      .again_i        (i9_done && !i9_last),
+      .idle_o         (pipe_idle)
   );
+  always_comb begin
+    park    = '0;
+    park[5] = i5_list_look && !i5_list_hit;
+    park[9] = i9_missed;
+  end
 
   // --- I1: what is stored ---
-  logic                             i1_valid_q, i1_first_q, i1_fresh_q, i1_error_q, i1_resolved_q;
-  context_t                         i1_context_q;
+  logic                             i1_first_q, i1_fresh_q, i1_resolved_q;
   progress_t                        i1_stored;
   rt_contract_pkg::triangle_index_t i1_resolved;
   kept_t                            i1_refs;
 
   // --- I2: which reference ---
-  logic                             i2_valid_q, i2_error_q, i2_resolved_q;
-  context_t                         i2_context_q;
+  logic                             i2_resolved_q;
   mail_t                            i2_mail_q, i3_mail_q, i4_mail_q, i5_mail_q, i6_mail_q, i7_mail_q, i8_mail_q, i9_mail_q, done_mail_q;
   rt_contract_pkg::triangle_index_t i2_next_q, i2_known_index_q, i2_inline;
   kept_t                            i2_refs_q;
@@ -165,15 +169,14 @@ module rt_reference_unit #(
     end
     if (i2_resolved_q) i2_inline = i2_known_index_q;
     i2_event = rt_core_pkg::EventGoOn;
-    if (i2_error_q) i2_event = status_t'(rt_contract_pkg::StatusBusError);
+    if (stage_error[2]) i2_event = status_t'(rt_contract_pkg::StatusBusError);
     else if (LimitBits'(i2_next_q) >= i2_refs_q.steps_end) i2_event = status_t'(rt_contract_pkg::StatusStepLimit);
     else if (i2_from_list && LimitBits'(i2_next_q) >= i2_refs_q.list_end) i2_event = status_t'(rt_contract_pkg::StatusBadIndex);
   end
-  assign i2_list_look = i2_valid_q && i2_from_list && i2_event == rt_core_pkg::EventGoOn;
+  assign i2_list_look = stage_valid[2] && i2_from_list && i2_event == rt_core_pkg::EventGoOn;
 
   // --- I3 to I5: the list answers ---
-  logic                             i3_valid_q, i3_from_list_q, i4_valid_q, i4_from_list_q, i5_here_q, i5_valid, i5_from_list_q, i5_list_look, i5_list_hit;
-  context_t                         i3_context_q, i4_context_q, i5_context_q;
+  logic                             i3_from_list_q, i4_from_list_q, i5_from_list_q, i5_list_look, i5_list_hit;
   status_t                          i3_event_q, i4_event_q, i5_event_q;
   rt_contract_pkg::triangle_index_t i3_inline_q, i3_after_q, i3_count_q, i4_inline_q, i4_after_q, i5_inline_q, i5_after_q;
   logic                             i4_final_q, i5_final_q;  // the last of its leaf
@@ -182,8 +185,6 @@ module rt_reference_unit #(
   logic [EntryBits-1:0]             i5_entries[WordEntries];
   logic                             list_flushing, triangle_flushing;
   assign flushing_o = list_flushing || triangle_flushing;
-  // Without a look-up the reference is known or there is an event; after a miss the cache has the context.
-  assign i5_valid = i5_here_q && (!i5_list_look || i5_list_hit);
 
   rt_cache #(
       .Lines       (Config.list_lines),
@@ -202,7 +203,7 @@ module rt_reference_unit #(
       .req_valid_i  (i2_list_look),
       .req_key_i    (i2_entry[LineEntryBits+:ListKeyBits]),
       .req_word_i   (i2_entry[WordEntryBits+:LineWordBits]),
-      .req_waiter_i (i2_context_q),
+      .req_waiter_i (stage_context[2]),
       .rsp_valid_o  (i5_list_look),
       .rsp_hit_o    (i5_list_hit),
       .rsp_data_o   (i5_list_word),
@@ -219,15 +220,15 @@ module rt_reference_unit #(
       .fill_mshr_i,
       .fill_data_i,
       .fill_last_i,
-      .fill_error_i
+      .fill_error_i,
+      .idle_o       (list_idle)
   );
   for (genvar i = 0; i < int'(WordEntries); i++) begin : gen_entry
     assign i5_entries[i] = i5_list_word[i*EntryBits+:EntryBits];
   end
 
   // --- I6: checks, mailbox, triangle ---
-  logic                             i6_valid_q, i6_killed_q, i6_final_q;
-  context_t                         i6_context_q;
+  logic                             i6_killed_q, i6_final_q;
   status_t                          i6_event_q, i6_event;
   logic [EntryBits-1:0]             i6_index_q;
   rt_contract_pkg::triangle_index_t i6_after_q;
@@ -242,18 +243,16 @@ module rt_reference_unit #(
       i6_event = status_t'(rt_contract_pkg::StatusBadIndex);
     end
   end
-  assign i6_look = i6_valid_q && i6_event == rt_core_pkg::EventGoOn && !i6_known;
+  assign i6_look = stage_valid[6] && i6_event == rt_core_pkg::EventGoOn && !i6_known;
 
   // --- I7, I8: on the way; the ray is there in I8 ---
-  logic                             i7_valid_q, i7_known_q, i7_final_q, i8_valid_q, i8_known_q, i8_final_q;
-  context_t                         i7_context_q, i8_context_q;
+  logic                             i7_known_q, i7_final_q, i8_known_q, i8_final_q;
   status_t                          i7_event_q, i8_event_q;
   rt_contract_pkg::triangle_index_t i7_index_q, i7_after_q, i8_index_q, i8_after_q;
 
   // --- I9: the triangle is there: send and note ---
-  logic                              i9_here_q, i9_valid, i9_look, i9_hit, i9_missed;
+  logic                              i9_valid, i9_look, i9_hit, i9_missed;
   logic                              i9_known_q, i9_final_q, i9_send, i9_done, i9_last, i9_replay;
-  context_t                          i9_context_q;
   status_t                           i9_event_q;
   rt_contract_pkg::triangle_index_t  i9_index_q, i9_after_q;
   rt_contract_pkg::triangle_record_t i9_triangle;
@@ -276,7 +275,7 @@ module rt_reference_unit #(
       .req_valid_i  (i6_look),
       .req_key_i    (i6_index_q[23:0]),
       .req_word_i   (1'b0),
-      .req_waiter_i (i6_context_q),
+      .req_waiter_i (stage_context[6]),
       .rsp_valid_o  (i9_look),
       .rsp_hit_o    (i9_hit),
       .rsp_data_o   (i9_triangle),
@@ -293,7 +292,8 @@ module rt_reference_unit #(
       .fill_mshr_i,
       .fill_data_i,
       .fill_last_i,
-      .fill_error_i
+      .fill_error_i,
+      .idle_o       (triangle_idle)
   );
   rt_core_pkg::test_axis_t [rt_core_pkg::Axes-1:0] i8_axes;
   rt_ray_ram #(
@@ -306,8 +306,8 @@ module rt_reference_unit #(
       .write_context_i(ray_context_i),
       .write_axis_i   (axis_number_i),
       .write_data_i   (axis_i),
-      .read_en_i      (i7_valid_q),
-      .read_context_i (i7_context_q),
+      .read_en_i      (stage_valid[7]),
+      .read_context_i (stage_context[7]),
       .read_data_o    (i8_axes)
   );
   // What is noted of a reference is noted a clock later.
@@ -346,14 +346,14 @@ module rt_reference_unit #(
       .write_en_i  (kept_valid_q),
       .write_addr_i(kept_context_q),
       .write_data_i(kept),
-      .read_en_i   (i0_valid),
-      .read_addr_i (i0_context),
+      .read_en_i   (stage_valid[0]),
+      .read_addr_i (stage_context[0]),
       .read_data_o (i1_refs)
   );
 
   // Without a look-up there is nothing to test; after a miss the cache has the context.
-  assign i9_valid  = i9_here_q && (!i9_look || i9_hit);
-  assign i9_missed = i9_here_q && i9_look && !i9_hit;
+  assign i9_valid  = stage_valid[9] && !i9_missed;
+  assign i9_missed = stage_valid[9] && i9_look && !i9_hit;
   assign i9_last   = i9_event_q != rt_core_pkg::EventGoOn || i9_final_q;
   // A skipped reference in the middle of a leaf sends nothing.
   assign i9_send   = i9_valid && (!i9_known_q || i9_last);
@@ -375,7 +375,7 @@ module rt_reference_unit #(
     out_data_o.direction  = i9_ray_q.direction;
   end
   assign out_valid_o   = i9_send && out_ready_i;
-  assign out_context_o = i9_context_q;
+  assign out_context_o = stage_context[9];
   assign out_test_o    = i9_event_q == rt_core_pkg::EventGoOn && !i9_known_q;
   assign out_last_o    = i9_last;
   assign out_event_o   = i9_event_q;
@@ -389,8 +389,8 @@ module rt_reference_unit #(
       .write_en_i  (done_q),
       .write_addr_i(done_context_q),
       .write_data_i('{next: done_after_q, mail: done_test_q ? after_one(done_mail_q) : done_mail_q}),
-      .read_en_i   (i0_valid),
-      .read_addr_i (i0_context),
+      .read_en_i   (stage_valid[0]),
+      .read_addr_i (stage_context[0]),
       .read_data_o (i1_stored)
   );
 
@@ -405,8 +405,8 @@ module rt_reference_unit #(
       .write_en_i  (done_missed_q),
       .write_addr_i(done_context_q),
       .write_data_i(done_index_q),
-      .read_en_i   (i0_valid),
-      .read_addr_i (i0_context),
+      .read_en_i   (stage_valid[0]),
+      .read_addr_i (stage_context[0]),
       .read_data_o (i1_resolved)
   );
   always_ff @(posedge clk_i) begin
@@ -437,8 +437,8 @@ module rt_reference_unit #(
           .write_en_i  (mailbox_i && done_q && done_test_q && done_mail_q.at == MailBits'(i)),
           .write_addr_i(done_context_q),
           .write_data_i(done_index_q),
-          .read_en_i   (mailbox_i && i4_valid_q),
-          .read_addr_i (i4_context_q),
+          .read_en_i   (mailbox_i && stage_valid[4]),
+          .read_addr_i (stage_context[4]),
           .read_data_o (i5_stored)
       );
       always_ff @(posedge clk_i) i6_stored_q <= i5_stored;
@@ -448,34 +448,19 @@ module rt_reference_unit #(
     assign i6_known = 1'b0;
   end
 
-  assign push_valid[Leaves]   = in_valid_i;
-  assign push_context[Leaves] = in_context_i;
-  assign push_error[Leaves]   = 1'b0;
-  assign push_valid[Rest]     = rest_q;
-  assign push_context[Rest]   = rest_context_q;
-  assign push_error[Rest]     = rest_error_q;
-
   always_ff @(posedge clk_i) begin
     if (done_q) first_q[done_context_q] <= 1'b0;
     if (in_valid_i) first_q[in_context_i] <= 1'b1;
     if (done_q) fresh_q[done_context_q] <= 1'b0;
     if (ray_valid_i) fresh_q[ray_context_i] <= 1'b1;
-    i1_valid_q       <= i0_valid;
-    i1_context_q     <= i0_context;
-    i1_first_q       <= first_q[i0_context];
-    i1_fresh_q       <= fresh_q[i0_context];
-    i1_error_q       <= i0_error;
-    i1_resolved_q    <= resolved_q[i0_context];
-    i2_valid_q       <= i1_valid_q;
-    i2_context_q     <= i1_context_q;
-    i2_error_q       <= i1_error_q;
+    i1_first_q       <= first_q[stage_context[0]];
+    i1_fresh_q       <= fresh_q[stage_context[0]];
+    i1_resolved_q    <= resolved_q[stage_context[0]];
     i2_resolved_q    <= i1_resolved_q;
     i2_next_q        <= i1_first_q ? '0 : i1_stored.next;
     i2_mail_q        <= i1_fresh_q ? '0 : i1_stored.mail;
     i2_known_index_q <= i1_resolved;
     i2_refs_q        <= i1_refs;
-    i3_valid_q       <= i2_valid_q;
-    i3_context_q     <= i2_context_q;
     i3_mail_q        <= i2_mail_q;
     i3_event_q       <= i2_event;
     i3_inline_q      <= i2_inline;
@@ -483,8 +468,6 @@ module rt_reference_unit #(
     i3_entry_q       <= i2_entry[WordEntryBits-1:0];
     i3_after_q       <= i2_next_q + 1'b1;
     i3_count_q       <= i2_refs_q.count;
-    i4_valid_q       <= i3_valid_q;
-    i4_context_q     <= i3_context_q;
     i4_mail_q        <= i3_mail_q;
     i4_event_q       <= i3_event_q;
     i4_inline_q      <= i3_inline_q;
@@ -492,8 +475,6 @@ module rt_reference_unit #(
     i4_entry_q       <= i3_entry_q;
     i4_after_q       <= i3_after_q;
     i4_final_q       <= i3_after_q == i3_count_q;
-    i5_here_q        <= i4_valid_q;
-    i5_context_q     <= i4_context_q;
     i5_mail_q        <= i4_mail_q;
     i5_event_q       <= i4_event_q;
     i5_inline_q      <= i4_inline_q;
@@ -501,34 +482,26 @@ module rt_reference_unit #(
     i5_entry_q       <= i4_entry_q;
     i5_after_q       <= i4_after_q;
     i5_final_q       <= i4_final_q;
-    i6_valid_q       <= i5_valid;
-    i6_context_q     <= i5_context_q;
     i6_mail_q        <= i5_mail_q;
-    i5_any_q         <= any_q[i4_context_q];
-    i5_has_hit_q     <= has_hit_i[i4_context_q];
+    i5_any_q         <= any_q[stage_context[4]];
+    i5_has_hit_q     <= has_hit_i[stage_context[4]];
     i6_killed_q      <= i5_any_q && i5_has_hit_q;
     i6_event_q       <= i5_event_q;
     i6_index_q       <= i5_from_list_q ? i5_entries[i5_entry_q] : EntryBits'(i5_inline_q);
     i6_after_q       <= i5_after_q;
     i6_final_q       <= i5_final_q;
-    i7_valid_q       <= i6_valid_q;
-    i7_context_q     <= i6_context_q;
     i7_mail_q        <= i6_mail_q;
     i7_event_q       <= i6_event;
     i7_known_q       <= i6_known && i6_event == rt_core_pkg::EventGoOn;
     i7_index_q       <= i6_index_q[23:0];
     i7_after_q       <= i6_after_q;
     i7_final_q       <= i6_final_q;
-    i8_valid_q       <= i7_valid_q;
-    i8_context_q     <= i7_context_q;
     i8_mail_q        <= i7_mail_q;
     i8_event_q       <= i7_event_q;
     i8_known_q       <= i7_known_q;
     i8_index_q       <= i7_index_q;
     i8_after_q       <= i7_after_q;
     i8_final_q       <= i7_final_q;
-    i9_here_q        <= i8_valid_q;
-    i9_context_q     <= i8_context_q;
     i9_mail_q        <= i8_mail_q;
     i9_event_q       <= i8_event_q;
     i9_known_q       <= i8_known_q;
@@ -539,31 +512,17 @@ module rt_reference_unit #(
     done_q           <= i9_done && rst_ni;
     done_missed_q    <= i9_missed && rst_ni;
     done_test_q      <= out_test_o;
-    done_context_q   <= i9_context_q;
+    done_context_q   <= stage_context[9];
     done_mail_q      <= i9_mail_q;
     done_after_q     <= i9_after_q;
     done_index_q     <= i9_index_q;
-    rest_q           <= i9_replay || (i9_done && !i9_last);
-    rest_context_q   <= i9_context_q;
-    rest_error_q     <= i9_replay && i9_event_q == status_t'(rt_contract_pkg::StatusBusError);
     if (ray_valid_i) any_q[ray_context_i] <= ray_any_i;
-    if (!rst_ni) begin
-      i1_valid_q <= 1'b0;
-      i2_valid_q <= 1'b0;
-      i3_valid_q <= 1'b0;
-      i4_valid_q <= 1'b0;
-      i5_here_q <= 1'b0;
-      i6_valid_q <= 1'b0;
-      i7_valid_q <= 1'b0;
-      i8_valid_q <= 1'b0;
-      i9_here_q <= 1'b0;
-      rest_q <= 1'b0;
-    end
   end
 
   assign events_o.hit     = i9_look && i9_hit;
   assign events_o.busy    = i9_done;
-  assign events_o.starved = !i0_valid;
+  assign events_o.starved = !stage_valid[0];
   assign list_hit_o       = i5_list_look && i5_list_hit;
   assign skipped_o        = i9_done && i9_known_q;
+  assign idle_o           = pipe_idle && list_idle && triangle_idle && !in_valid_i && !references_valid_i && !done_q;
 endmodule

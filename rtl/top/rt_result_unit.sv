@@ -11,7 +11,7 @@
 // Counterpart is_nearer, leave_leaf in hls.
 `include "rt_assert.svh"
 module rt_result_unit #(
-    parameter rt_core_pkg::config_t Config = rt_core_pkg::ConfigEcp5,
+    parameter rt_config_pkg::config_t Config = rt_config_pkg::ConfigEcp5,
     localparam int unsigned Contexts = Config.lanes * Config.contexts_per_lane,
     localparam int unsigned ContextBits = $clog2(Contexts)
 ) (
@@ -42,7 +42,7 @@ module rt_result_unit #(
     output logic                                  finish_valid_o,
     input  logic                                  finish_ready_i,
     output rt_contract_pkg::hit_finish_in_record_t finish_o,
-    output logic [31:0]                           finish_ray_o,
+    output rt_core_pkg::ray_tag_t                 finish_tag_o,
     // The context is free again.
     output logic                                  free_valid_o,
     output logic [ContextBits-1:0]                free_context_o
@@ -60,7 +60,7 @@ module rt_result_unit #(
   typedef struct packed {
     rt_contract_pkg::status_t status;
     best_t                    best;
-    logic [31:0]              ray;
+    rt_core_pkg::ray_tag_t    tag;
   } finish_t;
 
   localparam int unsigned FinishDepth = 16;
@@ -229,7 +229,7 @@ module rt_result_unit #(
     return_q.parent <= r5_leave_q.parent;
     return_q.node   <= r5_target;
     finish_q.best   <= r5_best_q;
-    finish_q.ray    <= r5_ray_q.index;
+    finish_q.tag    <= r5_ray_q.tag;
     if (!r5_has_q) finish_q.best.id <= '0;
     if (r5_q.event_code == rt_core_pkg::EventGoOn || r5_q.event_code == rt_core_pkg::EventFinish || (r5_ray_q.any[0] && r5_has_q)) begin
       finish_q.status <= rt_contract_pkg::status_t'(r5_has_q ? rt_contract_pkg::StatusHit : rt_contract_pkg::StatusMiss);
@@ -315,7 +315,7 @@ module rt_result_unit #(
     finish_o.exponent_u = finish_out.best.exponent_u;
     finish_o.exponent_v = finish_out.best.exponent_v;
   end
-  assign finish_ray_o = finish_out.ray;
+  assign finish_tag_o = finish_out.tag;
 
   `RT_ASSERT(FinishHasRoom, !free_valid_o || finish_room)
   `RT_ASSERT(StartIsNotRunning, !(ray_valid_i && ((r1_valid_q && r1_q.ctx == ray_context_i) ||

@@ -156,9 +156,8 @@ int run(int argc, char** argv) {
       rate(c.leaf_hits, c.leaf_misses), rate(c.list_hits, c.list_misses), rate(c.triangle_hits, c.triangle_misses),
       double(c.context_clocks) / c.clocks);
   std::printf("  bytes/ray by source:");
-  constexpr const char* kSources[] = {"header", "rays", "leaves", "list", "triangles", "nodes"};
   const auto sources = rtl->read_bytes_by_source();
-  for (std::size_t i = 0; i < sources.size(); ++i) std::printf(" %s %.1f", kSources[i], per_ray(sources[i]));
+  for (std::size_t i = 0; i < sources.size(); ++i) std::printf(" %s %.1f", cosim::kReadSources[i], per_ray(sources[i]));
   std::printf("\n");
   print_unit("lanes", c.lanes);
   print_unit("leaf unit", c.leaf_unit);

@@ -42,10 +42,9 @@ class Simulation final : public RtlEngine {
   const cosim::CoreCounters& counters() const override { return counters_; }
   const std::string& configuration() const override { return options_.configuration; }
   cosim::CoreIdentity identity() const override { return driver_.identity(); }
-  std::array<std::uint64_t, 6> read_bytes_by_source() const override {
-    // The upper bits of the id name the source (rt_core_pkg::Source*), the last ones are lanes.
-    std::array<std::uint64_t, 6> bytes{};
-    for (std::uint32_t id = 0; id < 128; ++id) bytes[std::min(id >> 3, 5u)] += device_.memory().read_bytes_of(id);
+  std::array<std::uint64_t, cosim::kReadSources.size()> read_bytes_by_source() const override {
+    std::array<std::uint64_t, cosim::kReadSources.size()> bytes{};
+    for (std::uint32_t id = 0; id < 8 * bytes.size(); ++id) bytes[id >> 3] += device_.memory().read_bytes_of(id);
     return bytes;
   }
   void set_ray_row(std::uint32_t rays) override { options_.ray_row = rays; }

@@ -8,6 +8,7 @@
 
 #include "golden/engine.hpp"
 #include "testbench/cosim/core/core_driver.hpp"
+#include "testbench/cosim/core/core_sources.hpp"
 
 namespace retrace {
 
@@ -30,7 +31,7 @@ class RtlEngine : public Engine {
   virtual const std::string& configuration() const = 0;
   virtual cosim::CoreIdentity identity() const = 0;
   /// Bytes read so far: header, rays, leaves, list, triangles, nodes (all lanes).
-  virtual std::array<std::uint64_t, 6> read_bytes_by_source() const = 0;
+  virtual std::array<std::uint64_t, cosim::kReadSources.size()> read_bytes_by_source() const = 0;
   /// Of the last run.
   virtual cosim::CoreStatus status() const = 0;
   /// The rays of trace() are an image with rows of so many; lets the core visit them in tiles. 0, the default: one after the other. Hits do not

@@ -390,10 +390,6 @@ module tb_lib #(
       .read_data_o (ram_forward_o)
   );
 
-  logic [2:0] counters_step[5];
-  for (genvar i = 0; i < 5; i++) begin : gen_counters_step
-    assign counters_step[i] = counters_step_i[i];
-  end
   rt_counters #(
       .Count   (5),
       .StepBits(3),
@@ -403,7 +399,7 @@ module tb_lib #(
       .rst_ni,
       .clear_i     (counters_clear_i),
       .enable_i    (counters_enable_i),
-      .step_i      (counters_step),
+      .step_i      (counters_step_i),
       .read_i      (counters_read_i),
       .read_index_i(counters_index_i),
       .read_done_o (counters_done_o),

@@ -1,23 +1,19 @@
-// Ray unit: reads rays in bursts, prepares them (rt_ray_setup) and gives each a free context.
+// Ray source of the AXI shell: reads the rays of a run in bursts and gives them to the core as a stream, tagged with their number.
 //
 // Order       row_i = 0: one after the other. Otherwise the rays are an image with rows of row_i, visited in tiles of TileWidth x TileHeight,
 //             row by row: neighbours above and below need the same leaves and triangles as those beside, and are visited while these are
 //             cached. Tiles are high, so that an image has few bands of them: what lies across two bands is fetched twice.
 //             Any row_i is safe: every index below count_i is visited once (rows are ignored where their sums could overflow).
-// Reads       Only the beats that hold fields; where that leaves out the end of a record, one ray a burst. Otherwise at most RaysPerBurst
+// Reads       Whole granules that hold the fields; where that leaves out the end of a record, one ray a burst. Otherwise at most RaysPerBurst
 //             rays, within an aligned block of as many, so that no burst crosses 4 KB; as many in flight as there is room
 //             for their beats. One id, so the answers come in order; u_order remembers which rays they are.
-// Rate        One burst in Settle + 1 clocks, one launch in RayBeats + 1 or three (rt_ray_setup): a ray is traced for many more, so index and
+// Rate        One burst in Settle + 1 clocks, one ray in RayBeats + 1: a ray is traced for many more, so index and
 //             address are found step by step, each in a register, and a ray is put together beat by beat.
-// Context     The first rays go to the lanes in turn, BlockRays to each; the following ones get contexts in the order in which they became free.
-// Launch      The axes of a ray go out first, one in a clock, to the units that keep them; launch_valid_o with the last one, and with everything else.
-//             A unit may take axes of a context whenever they come: it has no ray until the launch.
-// Faults      A ray that could not be read, or that rt_ray_setup rejects, is launched with the fault and ends at once in its lane.
+// Faults      A ray that could not be read is marked, and goes on.
+// End         done_o from the clock after start_i until all rays are handed over is 0.
 `include "rt_assert.svh"
-module rt_ray_unit #(
-    parameter rt_core_pkg::config_t Config = rt_core_pkg::ConfigEcp5,
-    localparam int unsigned Contexts = Config.lanes * Config.contexts_per_lane,
-    localparam int unsigned ContextBits = $clog2(Contexts),
+module rt_ray_source #(
+    parameter rt_config_pkg::config_t Config = rt_config_pkg::ConfigEcp5,
     localparam int unsigned DataBits = Config.data_bits
 ) (
     input  logic                             clk_i,
@@ -26,40 +22,25 @@ module rt_ray_unit #(
     input  logic [rt_core_pkg::AddrBits-1:0] base_i,
     input  logic [31:0]                      count_i,
     input  logic [31:0]                      row_i,
-    input  rt_contract_pkg::position_t [5:0] box_i,
+    output logic                             done_o,
     output logic                             fetch_valid_o,
     input  logic                             fetch_ready_i,
     output rt_core_pkg::read_request_t       fetch_o,
     input  logic                             fill_valid_i,
-    input  logic [DataBits-1:0]              fill_data_i,
     input  logic                             fill_error_i,
-    output logic                             axis_valid_o,
-    output rt_core_pkg::ray_axis_t           axis_o,
-    output logic                             launch_valid_o,
-    input  logic                             launch_ready_i,
-    output logic [ContextBits-1:0]           launch_context_o,  // of the axes, too
-    output rt_core_pkg::launch_t             launch_o,
-    output rt_core_pkg::ray_info_t           info_o,
-    input  logic                             free_valid_i,
-    input  logic [ContextBits-1:0]           free_context_i,
-    output logic [ContextBits:0]             used_o  // contexts that hold a ray
+    input  logic [DataBits-1:0]              fill_data_i,
+    output logic                             ray_valid_o,
+    input  logic                             ray_ready_i,
+    output rt_core_pkg::tagged_ray_t         ray_o
 );
-  localparam int unsigned BlockRays = 8;
   localparam int unsigned QueueRays = 16;
   localparam int unsigned FieldBits = 3 * rt_contract_pkg::PositionBits + 3 * rt_contract_pkg::DirectionBits +
                                       rt_contract_pkg::TLimitBits + rt_contract_pkg::FlagBits;
-  localparam int unsigned RayBeats = (FieldBits + DataBits - 1) / DataBits;
+  localparam int unsigned RayBeats = rt_core_pkg::read_bytes((FieldBits + 7) / 8, Config.granule_bytes) * 8 / DataBits;
   localparam int unsigned RaysPerBurst = RayBeats * DataBits == rt_contract_pkg::RayBytes * 8 ? 4 : 1;
   localparam int unsigned BeatBits = $clog2(RayBeats);
   localparam int unsigned RayShift = $clog2(rt_contract_pkg::RayBytes);
   localparam int unsigned RoomBits = $clog2(QueueRays + 1);
-  localparam int unsigned BlockBits = $clog2(BlockRays);
-  localparam int unsigned LaneBits = Config.lanes > 1 ? $clog2(Config.lanes) : 1;
-
-  typedef struct packed {
-    logic        error;
-    logic [31:0] index;
-  } tag_t;
 
   // --- requests: a position in the image, advanced by a burst or to the next row of the tile ---
   localparam int unsigned TileWidth = 4;
@@ -154,7 +135,7 @@ module rt_ray_unit #(
       fetch_q <= '{
           addr: addr_q,
           len: RaysPerBurst == 1 ? 8'(RayBeats - 1) : (8'(burst_q) << BeatBits) - 8'd1,
-          source: rt_core_pkg::SourceBits'(rt_core_pkg::SourceRay),
+          source: rt_core_pkg::SourceBits'(rt_config_pkg::SourceRay),
           mshr: '0
       };
     end else if (fetch_ready_i) fetch_valid_q <= 1'b0;
@@ -245,117 +226,19 @@ module rt_ray_unit #(
   end
   always_ff @(posedge clk_i) ray_leaves_q <= ray_taken && rst_ni;
 
-  rt_contract_pkg::ray_setup_in_record_t  setup_in;
-  rt_contract_pkg::ray_setup_out_record_t setup_out;
-  tag_t                                   setup_tag;
-  logic                                   setup_valid, setup_ready, setup_take;
-  assign ray_taken = ray_valid_q && setup_ready;
-  always_comb begin
-    setup_in           = '0;
-    setup_in.origin    = ray.origin;
-    setup_in.direction = ray.direction;
-    setup_in.t_max     = ray.t_max;
-    setup_in.any       = ray.any;
-    setup_in.box       = box_i;
-  end
-  rt_ray_setup #(
-      .tag_t(tag_t)
-  ) u_setup (
-      .clk_i,
-      .rst_ni,
-      .in_valid_i (ray_valid_q),
-      .in_ready_o (setup_ready),
-      .in_data_i  (setup_in),
-      .in_tag_i   ('{error: ray_error_q, index: ray_index_q}),
-      .out_valid_o(setup_valid),
-      .out_ready_i(setup_take),
-      .out_data_o (setup_out),
-      .out_tag_o  (setup_tag)
-  );
-
-  // --- a free context, before a ray needs it: one that no ray has had yet, then those that were freed, in that order ---
-  localparam int unsigned LaneContextBits = $clog2(Config.contexts_per_lane);
-  logic [ContextBits-1:0]              next_context_q, freed_context;
-  logic                                next_valid_q, launch, freed_valid, freed_take, freed_room, new_left_q;
-  logic [ContextBits:0]                used_q;
-  logic [$clog2(Contexts+1)-1:0]       freed_usage_unused;
-  // The next context that has had no ray: BlockRays of a lane, then as many of the next lane.
-  logic [BlockBits-1:0]                new_in_block_q;
-  logic [LaneBits-1:0]                 new_lane_q;
-  logic [LaneContextBits-1:BlockBits]  new_block_q;
-  logic                                new_taken, new_block_ends, new_turn_ends;
-  assign new_taken      = !next_valid_q && new_left_q;
-  assign new_block_ends = new_taken && new_in_block_q == '1;
-  assign new_turn_ends  = new_block_ends && new_lane_q == LaneBits'(Config.lanes - 1);
-  assign freed_take = !next_valid_q && !new_left_q && freed_valid;
-  rt_fifo #(
-      .Depth (Contexts),
-      .data_t(logic [ContextBits-1:0])
-  ) u_freed (
-      .clk_i,
-      .rst_ni,
-      .in_valid_i (free_valid_i),
-      .in_ready_o (freed_room),
-      .in_data_i  (free_context_i),
-      .out_valid_o(freed_valid),
-      .out_ready_i(freed_take),
-      .out_data_o (freed_context),
-      .usage_o    (freed_usage_unused)
-  );
-  logic [1:0] axis_q;
-  logic       axis_is_last;
-  assign axis_is_last   = axis_q == 2'(rt_core_pkg::Axes - 1);
-  assign axis_valid_o   = setup_valid && next_valid_q;
-  assign launch_valid_o = axis_valid_o && axis_is_last;
-  assign launch         = launch_valid_o && launch_ready_i;
-  assign setup_take     = next_valid_q && launch_ready_i && axis_is_last;
-  always_ff @(posedge clk_i) begin
-    if (axis_valid_o && !axis_is_last) axis_q <= axis_q + 1'b1;
-    if (launch || !rst_ni) axis_q <= '0;
-    used_q <= used_q + (ContextBits + 1)'(launch) - (ContextBits + 1)'(free_valid_i);
-    if (launch) next_valid_q <= 1'b0;
-    if (!next_valid_q) begin
-      next_valid_q   <= new_left_q || freed_valid;
-      next_context_q <= new_left_q ? ContextBits'({new_lane_q, new_block_q, new_in_block_q}) : freed_context;
-    end
-    if (new_taken) new_in_block_q <= new_in_block_q + 1'b1;
-    if (new_block_ends) new_lane_q <= new_turn_ends ? '0 : new_lane_q + 1'b1;
-    if (new_turn_ends) begin
-      new_block_q <= new_block_q + 1'b1;
-      new_left_q  <= new_block_q != '1;
-    end
-    if (!rst_ni) begin
-      used_q         <= '0;
-      new_in_block_q <= '0;
-      new_lane_q     <= '0;
-      new_block_q    <= '0;
-      new_left_q     <= 1'b1;
-      next_valid_q   <= 1'b0;
-    end
-  end
-  assign used_o = used_q;
-
-  assign launch_context_o = next_context_q;
-  always_comb begin
-    launch_o = '0;
-    if (setup_tag.error) launch_o.fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
-    else if (!setup_out.valid[0]) launch_o.fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadRay);
-    axis_o = '{
-        axis: axis_q,
-        direction: setup_out.direction[axis_q],
-        walk: '{
-            negative: setup_out.negative[axis_q],
-            zero: setup_out.zero[axis_q],
-            shift: setup_out.shift[axis_q],
-            reciprocal: setup_out.reciprocal[axis_q],
-            origin: setup_out.origin[axis_q]
-        }
-    };
-    info_o = '{index: setup_tag.index, any: setup_out.any, t_max: setup_out.t_max};
-  end
+  assign ray_taken   = ray_valid_q && ray_ready_i;
+  assign ray_valid_o = ray_valid_q;
+  assign ray_o = '{
+          tag: ray_index_q,
+          error: ray_error_q,
+          any: ray.any,
+          t_max: ray.t_max,
+          direction: ray.direction,
+          origin: ray.origin
+      };
+  assign done_o = left_q == '0 && !order_valid && !ray_valid_q;
 
   `RT_ASSERT(RayIsExpected, !gathered_q || order_valid)
   `RT_ASSERT(BeatsHaveRoom, !fill_valid_q || beat_room)
-  `RT_ASSERT(FreesWhatIsUsed, !free_valid_i || (used_q != '0 && freed_room))
-  `RT_ASSERT(BlockIsPowerOfTwo, BlockRays == (1 << BlockBits))
+  `RT_ASSERT_STREAM(Rays, ray_valid_o, ray_ready_i, ray_o)
 endmodule
