@@ -567,35 +567,4 @@ TEST_F(RtlCoreHostile, ErrorsAnywhere) {
   EXPECT_GT(hurt_frames, 15u);
 }
 
-// ------------------------------------------------------------------------------------------------ the bench itself
-
-TEST(AxiMemory, SeesBrokenRules) {
-  const auto check = [](auto&& drive) {
-    cosim::AxiMemory memory(8, {});
-    memory.resize(1 << 16);
-    cosim::AxiMasterSignals master;
-    drive(memory, master);
-    return memory.violations().size();
-  };
-  const auto read = [](cosim::AxiMasterSignals& m, std::uint64_t offset, std::uint32_t len) {
-    m.ar_valid = true;
-    m.ar_addr = cosim::AxiMemory::base() + offset;
-    m.ar_len = len;
-    m.ar_size = 3;
-    m.ar_burst = 1;
-  };
-  EXPECT_EQ(check([&](auto& memory, auto& m) { read(m, 4096 - 64, 7), memory.clock(m); }), 0u);
-  EXPECT_EQ(check([&](auto& memory, auto& m) { read(m, 4096 - 32, 7), memory.clock(m); }), 1u);  // crosses 4 KB
-  EXPECT_EQ(check([&](auto& memory, auto& m) { read(m, 4, 0), memory.clock(m); }), 1u);          // not aligned
-  EXPECT_EQ(check([&](auto& memory, auto& m) { read(m, 0, 0), m.ar_burst = 0, memory.clock(m); }), 1u);
-  EXPECT_EQ(check([&](auto& memory, auto& m) {
-              m.w_valid = true, m.w_strb = 0xff, m.w_last = false;
-              m.aw_valid = true, m.aw_addr = cosim::AxiMemory::base(), m.aw_size = 3, m.aw_burst = 1;
-              memory.clock(m);
-              m.w_valid = m.aw_valid = false;  // both were accepted; the burst is judged when it is whole
-              for (int clocks = 0; clocks < 8; ++clocks) memory.clock(m);
-            }),
-            1u);  // one beat, and it is not the last
-}
-
 }  // namespace
