@@ -14,6 +14,16 @@ void AxiLiteMaster::read(std::uint32_t offset) {
   ++reads_open_;
 }
 
+void AxiLiteMaster::reset() {
+  out_ = {};
+  aw_.clear();
+  w_.clear();
+  ar_.clear();
+  writes_open_ = reads_open_ = 0;
+  write_answers_.clear();
+  read_answers_.clear();
+}
+
 const AxiLiteMasterSignals& AxiLiteMaster::drive() {
   // VALID, once high, stays until clock() has seen READY. Without it the payload is noise.
   if (!out_.aw_valid) {

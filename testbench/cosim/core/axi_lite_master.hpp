@@ -27,6 +27,8 @@ class AxiLiteMaster {
 
   void write(std::uint32_t offset, std::uint32_t value, std::uint32_t strobes = 0xf);
   void read(std::uint32_t offset);
+  /// Forgets what is queued, in flight or answered.
+  void reset();
   /// Everything queued has been answered.
   bool idle() const { return writes_open_ == 0 && reads_open_ == 0; }
   std::uint64_t open() const { return writes_open_ + reads_open_; }

@@ -52,6 +52,7 @@ class AxiMemory {
   /// Bytes of memory from address `base()` on; grows it. Contents are kept.
   void resize(std::uint64_t bytes);
   std::uint64_t base() const { return options_.base; }
+  std::uint64_t bytes() const { return words_.size() * 8; }
   void write(std::uint64_t address, std::span<const std::uint64_t> words);
   void read(std::uint64_t address, std::span<std::uint64_t> words) const;
 
@@ -80,7 +81,7 @@ class AxiMemory {
   std::uint64_t read_bytes() const { return read_bytes_; }
   std::uint64_t read_bytes_of(std::uint32_t id) const { return id_bytes_[id % id_bytes_.size()]; }
   std::uint64_t written_bytes() const { return written_bytes_; }
-  /// Addresses outside the memory; answered with DECERR. A correct core has none.
+  /// Bursts outside the memory or across 4 KB; answered with DECERR. A correct core has none.
   std::uint64_t outside() const { return outside_; }
 
  private:

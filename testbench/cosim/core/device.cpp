@@ -18,6 +18,12 @@ SimulatedDevice::SimulatedDevice(const Options& options)
       memory_(model_->data_bytes(), options.memory),
       registers_(options.lite),
       lite_monitor_(options.lite_wait) {
+  hard_reset();
+}
+
+void SimulatedDevice::hard_reset() {
+  registers_.reset();
+  in_.lite = {};
   in_.rst_n = false;
   for (int i = 0; i < kResetClocks; ++i) {
     lite_monitor_.clock(false, in_.lite, out_.lite);
@@ -41,11 +47,11 @@ void SimulatedDevice::step() {
 
 void SimulatedDevice::run(std::uint64_t clocks) {
   for (std::uint64_t i = 0; i < clocks; ++i) step();
-  if (model_->failed()) throw Error("rtl core: an assertion failed before clock " + std::to_string(model_->clocks()));
   if (!memory_.monitor().violations().empty())
     throw Error("rtl core: AXI4: " + memory_.monitor().violations().front().text());
   if (!lite_monitor_.violations().empty())
     throw Error("rtl core: AXI4-Lite: " + lite_monitor_.violations().front().text());
+  if (model_->failed()) throw Error("rtl core: an assertion failed before clock " + std::to_string(model_->clocks()));
 }
 
 void SimulatedDevice::check_idle() {

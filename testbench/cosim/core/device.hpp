@@ -61,6 +61,8 @@ class SimulatedDevice final : public Device {
   /// The port behind read_register() and write_register(), which wait for their answer; what is queued here goes on while clocks pass.
   AxiLiteMaster& registers() { return registers_; }
   const AxiLiteMonitor& lite_monitor() const { return lite_monitor_; }
+  /// rst_ni is low for some clocks. What was in flight on both ports is forgotten; the contents of the memory stay.
+  void hard_reset();
   /// Nothing is in flight on either port, and nobody has broken a rule.
   void check_idle();
   /// Clocks pass. Throws Error if an assertion of the RTL fails or a rule of the bus is broken.
