@@ -1,95 +1,23 @@
 // The RTL core against the kernel in C simulation: every hit of every frame in every byte, whatever the memory does; faults of the bus, of the
 // image and of the rays end in the status they should; soft reset at any moment. Seeds: RETRACE_SEED.
-#include "testbench/cosim/core/rtl_engine.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstddef>
-#include <map>
 
-#include "golden/scene/kd_builder.hpp"
-#include "golden/scene/view.hpp"
 #include "rtl/regs/rt_regs.h"
-#include "scenes/open_scene.hpp"
+#include "testbench/cosim/core/rtl_engine.hpp"
 #include "testbench/csim/csim_engine.hpp"
-#include "testbench/csim/random.hpp"
-#include "testbench/csim/test_rays.hpp"
+#include "tests/rtl_core/frames.hpp"
 
 namespace {
 
 using namespace retrace;
+using namespace retrace::rtl_core_test;
 using cosim::CoreDriver;
 using cosim::CoreMode;
 using cosim::MemoryOptions;
 using cosim::SimulatedDevice;
-
-constexpr std::uint64_t kPatience =
-    20000000;  // clocks; more than any of these runs takes, so that a hang ends the test
-
-constexpr int kWidth = 32, kHeight = 24;  // of a frame
-
-struct Prepared {
-  GridScene grid;
-  MemoryImage image;
-  std::vector<GridRay> primary, awkward;
-};
-
-/// A scene with primary rays of a small frame, half of them again as any-hit rays, and awkward rays. Made once.
-const Prepared& prepared(const std::string& name) {
-  static std::map<std::string, Prepared> cache;
-  auto [it, is_new] = cache.try_emplace(name);
-  Prepared& p = it->second;
-  if (!is_new) return p;
-  const Scene scene = open_scene(name);
-  const WorldTriangles world = flatten(scene);
-  p.grid = snap(world);
-  p.image = build_kd(p.grid);
-  const ViewCamera view = default_view(scene, world);
-  for (int any = 0; any < 2; ++any)
-    for (int y = 0; y < kHeight; ++y)
-      for (int x = 0; x < kWidth; x += 1 + any)
-        p.primary.push_back(
-            quantise(view.ray(x + 0.5, y + 0.5, kWidth, kHeight), p.grid.transform, p.grid.box, any != 0));
-  Random random(test_seed());
-  p.awkward = make_test_rays(p.grid, p.image, 700, random);
-  return p;
-}
-
-std::vector<std::uint64_t> packed(std::span<const GridRay> rays) {
-  std::vector<std::uint64_t> words(contract::RayRecord::kWords * rays.size());
-  for (std::size_t i = 0; i < rays.size(); ++i) rays[i].record.pack(&words[contract::RayRecord::kWords * i]);
-  return words;
-}
-
-std::vector<GridRay> only_inside(std::span<const GridRay> rays) {
-  std::vector<GridRay> inside;
-  std::copy_if(rays.begin(), rays.end(), std::back_inserter(inside), [](const GridRay& r) { return !r.outside; });
-  return inside;
-}
-
-std::vector<std::uint64_t> csim_hits(std::span<const std::uint64_t> image, std::span<const GridRay> rays,
-                                     const TraceOptions& options) {
-  auto csim = make_csim_engine(image);
-  std::vector<Hit> hits(rays.size());
-  csim->trace(rays, hits, {}, options);
-  const auto raw = csim->raw_hits();
-  return {raw.begin(), raw.end()};
-}
-
-std::uint32_t status_of(const std::vector<std::uint64_t>& hits, std::size_t ray) {
-  return contract::HitRecord::unpack(&hits[2 * ray]).status;
-}
-
-MemoryOptions hostile_memory(std::uint64_t seed) {
-  MemoryOptions memory;
-  memory.latency_min = 1;
-  memory.latency_max = 200;
-  memory.reorder = true;
-  memory.stall_percent = 20;
-  memory.seed = seed;
-  return memory;
-}
 
 // ------------------------------------------------------------------------------------------------ frames
 
@@ -565,37 +493,6 @@ TEST_F(RtlCoreHostile, ErrorsAnywhere) {
     }
   }
   EXPECT_GT(hurt_frames, 15u);
-}
-
-// ------------------------------------------------------------------------------------------------ the bench itself
-
-TEST(AxiMemory, SeesBrokenRules) {
-  const auto check = [](auto&& drive) {
-    cosim::AxiMemory memory(8, {});
-    memory.resize(1 << 16);
-    cosim::AxiMasterSignals master;
-    drive(memory, master);
-    return memory.violations().size();
-  };
-  const auto read = [](cosim::AxiMasterSignals& m, std::uint64_t offset, std::uint32_t len) {
-    m.ar_valid = true;
-    m.ar_addr = cosim::AxiMemory::base() + offset;
-    m.ar_len = len;
-    m.ar_size = 3;
-    m.ar_burst = 1;
-  };
-  EXPECT_EQ(check([&](auto& memory, auto& m) { read(m, 4096 - 64, 7), memory.clock(m); }), 0u);
-  EXPECT_EQ(check([&](auto& memory, auto& m) { read(m, 4096 - 32, 7), memory.clock(m); }), 1u);  // crosses 4 KB
-  EXPECT_EQ(check([&](auto& memory, auto& m) { read(m, 4, 0), memory.clock(m); }), 1u);          // not aligned
-  EXPECT_EQ(check([&](auto& memory, auto& m) { read(m, 0, 0), m.ar_burst = 0, memory.clock(m); }), 1u);
-  EXPECT_EQ(check([&](auto& memory, auto& m) {
-              m.w_valid = true, m.w_strb = 0xff, m.w_last = false;
-              m.aw_valid = true, m.aw_addr = cosim::AxiMemory::base(), m.aw_size = 3, m.aw_burst = 1;
-              memory.clock(m);
-              m.w_valid = m.aw_valid = false;  // both were accepted; the burst is judged when it is whole
-              for (int clocks = 0; clocks < 8; ++clocks) memory.clock(m);
-            }),
-            1u);  // one beat, and it is not the last
 }
 
 }  // namespace

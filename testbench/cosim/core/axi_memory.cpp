@@ -1,21 +1,25 @@
-// See axi_memory.hpp. Rules: AMBA AXI protocol specification (IHI 0022), chapters A3 and A5.
+// See axi_memory.hpp. Rules of the bus: axi_monitor.hpp.
 #include "testbench/cosim/core/axi_memory.hpp"
 
 #include <algorithm>
+#include <bitset>
 
 #include "golden/scene/geometry.hpp"
 
 namespace retrace::cosim {
 namespace {
 
-constexpr std::uint32_t kSlvErr = 2, kDecErr = 3, kIncr = 1;
+constexpr std::uint32_t kSlvErr = 2, kDecErr = 3;
 constexpr std::uint64_t kBoundary = 4096;
-constexpr std::size_t kMostReads = 512, kMostWrites = 64, kMostViolations = 20;
+constexpr std::size_t kMostReads = 512, kMostWrites = 64, kIds = 128;
 
 }  // namespace
 
 AxiMemory::AxiMemory(int data_bytes, const MemoryOptions& options)
-    : data_bytes_(data_bytes), options_(options), random_(options.seed) {
+    : data_bytes_(data_bytes),
+      options_(options),
+      random_(options.seed),
+      monitor_(data_bytes, {.most_wait = options.most_wait}) {
   set_options(options);
   drive();
 }
@@ -25,6 +29,8 @@ void AxiMemory::set_options(const MemoryOptions& options) {
     throw Error("memory model: latency must be 1 <= min <= max <= 100000 clocks");
   if (options.bytes_per_clock < 0 || options.stall_percent < 0 || options.stall_percent > 95)
     throw Error("memory model: bytes per clock must not be negative, stalls are 0 .. 95 percent");
+  if (options.base % kBoundary != 0) throw Error("memory model: its base must be a multiple of 4096");
+  if (options.base != options_.base && !words_.empty()) throw Error("memory model: a memory in use cannot move");
   options_ = options;
   if (options_.bytes_per_clock == 0) options_.bytes_per_clock = data_bytes_;
 }
@@ -52,72 +58,55 @@ void AxiMemory::arm(const ErrorInjection& errors) {
   read_number_ = write_number_ = 0;
 }
 
-void AxiMemory::violation(const std::string& what) {
-  if (violations_.size() < kMostViolations) violations_.push_back("clock " + std::to_string(now_) + ": " + what);
+void AxiMemory::watch_writes(std::uint64_t begin, std::uint64_t end) {
+  watch_begin_ = begin;
+  written_times_.assign(end - begin, 0);
+  stray_writes_ = 0;
 }
 
 std::uint64_t AxiMemory::latency() {
   return static_cast<std::uint64_t>(random_.integer(options_.latency_min, options_.latency_max));
 }
 
-void AxiMemory::check_address(const char* channel, std::uint64_t address, std::uint32_t len, std::uint32_t size,
-                              std::uint32_t burst) {
-  const std::string name = channel;
-  if (burst != kIncr) violation(name + ": burst is not INCR");
-  if (1u << size != static_cast<std::uint32_t>(data_bytes_)) violation(name + ": size is not the width of the bus");
-  if (len > 255) violation(name + ": more than 256 beats");
-  if (address % data_bytes_ != 0) violation(name + ": address is not aligned to the bus");
-  if (address % kBoundary + (len + 1) * static_cast<std::uint64_t>(data_bytes_) > kBoundary)
-    violation(name + ": burst crosses 4 KB");
+bool AxiMemory::refused(std::uint64_t address, std::uint64_t bytes) const {
+  return !inside(address, bytes) || address % kBoundary + bytes > kBoundary;
 }
 
 void AxiMemory::accept(const AxiMasterSignals& m) {
-  if (before_valid_) {
-    const auto held = [&](const char* channel, bool was, bool ready, bool is, bool same) {
-      if (!was || ready) return;
-      if (!is)
-        violation(std::string(channel) + ": valid dropped before it was accepted");
-      else if (!same)
-        violation(std::string(channel) + ": payload changed before it was accepted");
-    };
-    // before_ holds what was offered in the clock before and not taken then.
-    held("AR", before_.ar_valid, false, m.ar_valid,
-         m.ar_id == before_.ar_id && m.ar_addr == before_.ar_addr && m.ar_len == before_.ar_len);
-    held("AW", before_.aw_valid, false, m.aw_valid,
-         m.aw_id == before_.aw_id && m.aw_addr == before_.aw_addr && m.aw_len == before_.aw_len);
-    held("W", before_.w_valid, false, m.w_valid,
-         m.w_data == before_.w_data && m.w_last == before_.w_last && m.w_strb == before_.w_strb);
-  }
-  before_ = m;
-  before_.ar_valid = m.ar_valid && !out_.ar_ready;
-  before_.aw_valid = m.aw_valid && !out_.aw_ready;
-  before_.w_valid = m.w_valid && !out_.w_ready;
-  before_valid_ = true;
-
   if (m.ar_valid && out_.ar_ready) {
-    check_address("AR", m.ar_addr, m.ar_len, m.ar_size, m.ar_burst);
     Read read{m.ar_id, m.ar_addr, now_ + latency(), m.ar_len + 1, 0, read_number_++, false};
-    read.outside = !inside(m.ar_addr, read.beats * static_cast<std::uint64_t>(data_bytes_));
+    read.outside = refused(m.ar_addr, read.beats * static_cast<std::uint64_t>(data_bytes_));
     outside_ += read.outside;
     ++read_bursts_;
     reads_.push_back(read);
   }
   if (m.aw_valid && out_.aw_ready) {
-    check_address("AW", m.aw_addr, m.aw_len, m.aw_size, m.aw_burst);
     Write write{m.aw_id, m.aw_addr, m.aw_len + 1, write_number_++, false};
-    write.outside = !inside(m.aw_addr, write.beats * static_cast<std::uint64_t>(data_bytes_));
+    write.outside = refused(m.aw_addr, write.beats * static_cast<std::uint64_t>(data_bytes_));
     outside_ += write.outside;
     ++write_bursts_;
     writes_.push_back(write);
   }
   if (m.w_valid && out_.w_ready) {
-    if (m.w_strb != (1u << data_bytes_) - 1) violation("W: strobes are not all ones");
-    write_words_.push_back({m.w_data, m.w_last});
+    write_words_.push_back({m.w_data, m.w_strb});
     written_bytes_ += data_bytes_;
     bucket_ -= data_bytes_;
   }
   if (out_.r_valid && m.r_ready) out_.r_valid = false;
   if (out_.b_valid && m.b_ready) out_.b_valid = false;
+}
+
+void AxiMemory::store(std::uint64_t address, const Beat& beat) {
+  for (int i = 0; i < data_bytes_; ++i) {
+    if ((beat.strobes >> i & 1) == 0) continue;
+    const std::uint64_t at = address + i, shift = 8 * (at % 8);
+    std::uint64_t& word = words_[(at - base()) / 8];
+    word = (word & ~(0xffull << shift)) | ((beat.data[i / 8] >> (8 * (i % 8)) & 0xff) << shift);
+    if (at >= watch_begin_ && at - watch_begin_ < written_times_.size())
+      ++written_times_[at - watch_begin_];
+    else
+      ++stray_writes_;
+  }
 }
 
 void AxiMemory::finish_writes() {
@@ -128,35 +117,42 @@ void AxiMemory::finish_writes() {
     for (std::uint32_t beat = 0; beat < write.beats; ++beat) {
       const Beat data = write_words_.front();
       write_words_.pop_front();
-      if (data.last != (beat + 1 == write.beats)) violation("W: last is not on the last beat");
       if (write.outside || error) continue;
-      const std::uint64_t word = (write.address - base()) / 8 + beat * static_cast<std::uint64_t>(data_bytes_) / 8;
-      for (int i = 0; i < data_bytes_ / 8; ++i) words_[word + i] = data.data[i];
+      store(write.address + beat * static_cast<std::uint64_t>(data_bytes_), data);
     }
     const std::uint32_t response = write.outside ? kDecErr : error ? (errors_.decode_error ? kDecErr : kSlvErr) : 0;
     answers_.push_back({write.id, response, now_ + latency()});
   }
 }
 
+// The oldest entry, or, with `reorder`, any of the oldest of each id; end if none of them is ready.
+template <typename Entry>
+typename std::deque<Entry>::iterator AxiMemory::choose(std::deque<Entry>& entries) {
+  if (entries.empty()) return entries.end();
+  if (!options_.reorder) return entries.front().ready <= now_ + 1 ? entries.begin() : entries.end();
+  std::vector<typename std::deque<Entry>::iterator> candidates;
+  std::bitset<kIds> seen;
+  for (auto it = entries.begin(); it != entries.end(); ++it) {
+    if (seen[it->id % kIds]) continue;
+    seen[it->id % kIds] = true;
+    if (it->ready <= now_ + 1) candidates.push_back(it);
+  }
+  return candidates.empty() ? entries.end() : candidates[random_.below(candidates.size())];
+}
+
 void AxiMemory::drive() {
-  out_.ar_ready = reads_.size() < kMostReads && !stalled();
-  out_.aw_ready = writes_.size() < kMostWrites && !stalled();
-  out_.w_ready = write_words_.size() < kMostWrites && bucket_ >= data_bytes_ && !stalled();
-  if (!out_.r_valid && !reads_.empty() && bucket_ >= data_bytes_ * (out_.w_ready ? 2 : 1) && !stalled()) {
-    auto chosen = reads_.end();
-    if (!options_.reorder) {
-      if (reads_.front().ready <= now_ + 1) chosen = reads_.begin();
-    } else {
-      // The first burst of each id is a candidate.
-      std::vector<std::deque<Read>::iterator> candidates;
-      std::vector<std::uint32_t> seen;
-      for (auto it = reads_.begin(); it != reads_.end(); ++it) {
-        if (std::find(seen.begin(), seen.end(), it->id) != seen.end()) continue;
-        seen.push_back(it->id);
-        if (it->ready <= now_ + 1) candidates.push_back(it);
-      }
-      if (!candidates.empty()) chosen = candidates[random_.below(candidates.size())];
-    }
+  std::uint64_t beats_asked = 0;
+  for (const Write& write : writes_) beats_asked += write.beats;
+  const bool address_first = options_.write_order == WriteOrder::kAddressFirst;
+  const bool data_first = options_.write_order == WriteOrder::kDataFirst;
+  out_.ar_ready = !stalled(AxiChannel::kAr) && reads_.size() < kMostReads;
+  out_.aw_ready =
+      !stalled(AxiChannel::kAw) && writes_.size() < kMostWrites && (!data_first || write_words_.size() > beats_asked);
+  out_.w_ready = !stalled(AxiChannel::kW) && write_words_.size() < kMostWrites && bucket_ >= data_bytes_ &&
+                 (!address_first || write_words_.size() < beats_asked);
+  const bool r_active = !stalled(AxiChannel::kR), b_active = !stalled(AxiChannel::kB);
+  if (!out_.r_valid && r_active && bucket_ >= data_bytes_ * (out_.w_ready ? 2 : 1)) {
+    const auto chosen = choose(reads_);
     if (chosen != reads_.end()) {
       Read& read = *chosen;
       const std::uint64_t address = read.address + read.beat * static_cast<std::uint64_t>(data_bytes_);
@@ -176,15 +172,29 @@ void AxiMemory::drive() {
       if (out_.r_last) reads_.erase(chosen);
     }
   }
-  if (!out_.b_valid && !answers_.empty() && answers_.front().ready <= now_ + 1 && !stalled()) {
-    out_.b_valid = true;
-    out_.b_id = answers_.front().id;
-    out_.b_resp = answers_.front().response;
-    answers_.pop_front();
+  if (!out_.b_valid && b_active) {
+    const auto chosen = choose(answers_);
+    if (chosen != answers_.end()) {
+      out_.b_valid = true;
+      out_.b_id = chosen->id;
+      out_.b_resp = chosen->response;
+      answers_.erase(chosen);
+    }
   }
 }
 
+void AxiMemory::reset(const AxiMasterSignals& master) {
+  reads_.clear();
+  writes_.clear();
+  write_words_.clear();
+  answers_.clear();
+  out_ = {};
+  monitor_.clock(false, master, out_);
+  ++now_;
+}
+
 void AxiMemory::clock(const AxiMasterSignals& master) {
+  monitor_.clock(true, master, out_);
   accept(master);
   finish_writes();
   ++now_;

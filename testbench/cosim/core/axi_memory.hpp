@@ -1,9 +1,10 @@
-// Memory behind an AXI4 port: any latency, order, bandwidth and back-pressure, errors where they are wanted, and a check of every rule of the
-// bus that the master could break.
+// Memory behind an AXI4 port: any latency, order, bandwidth and back-pressure, errors where they are wanted. An AxiMonitor watches the port.
 //
-// Model. A read burst is answered `latency` clocks after its address was accepted at the earliest; a bucket of `bytes_per_clock`, shared by reads
-// and writes, limits what flows. Without `reorder` bursts are answered in the order in which they were asked for. With it, beats of
-// different ids are mixed at random; within an id the order stays. `stall_percent` takes ready and valid away at random.
+// Model. A read burst is answered `latency` clocks after its address was accepted at the earliest, a write burst `latency` clocks after its last
+// beat; a bucket of `bytes_per_clock`, shared by reads and writes, limits what flows. Without `reorder` bursts are answered in the order in
+// which they were asked for. With it, beats of different ids are mixed at random; within an id the order stays. `stall_percent` takes ready
+// and valid away at random, `hold_off` does so for each channel by a rule of its own. Only bytes whose strobe is set are written. A burst that
+// crosses 4 KB is answered with DECERR and has no effect; the monitor names it.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -12,10 +13,14 @@
 #include <string>
 #include <vector>
 
-#include "testbench/cosim/core/core_model.hpp"
+#include "testbench/cosim/core/axi_monitor.hpp"
+#include "testbench/cosim/hold_off.hpp"
 #include "testbench/csim/random.hpp"
 
 namespace retrace::cosim {
+
+/// Which half of a write this memory wants to see before it accepts the other.
+enum class WriteOrder { kFree, kAddressFirst, kDataFirst };
 
 struct MemoryOptions {
   int latency_min = 40, latency_max = 40;  ///< clocks, drawn for each burst
@@ -23,6 +28,12 @@ struct MemoryOptions {
   bool reorder = false;
   int stall_percent = 0;
   std::uint64_t seed = 1;
+  /// When a channel may be active, by AxiChannel.
+  std::array<HoldOff, kAxiChannels> hold_off = {HoldOff::none(), HoldOff::none(), HoldOff::none(), HoldOff::none(),
+                                                HoldOff::none()};
+  WriteOrder write_order = WriteOrder::kFree;
+  std::uint64_t base = 0x10000000;  ///< address of the first byte, a multiple of 4096
+  std::uint64_t most_wait = 0;      ///< AxiMonitorLimits::most_wait
 };
 
 /// What goes wrong on purpose. Bursts are counted from the last arm().
@@ -40,13 +51,21 @@ class AxiMemory {
 
   /// Bytes of memory from address `base()` on; grows it. Contents are kept.
   void resize(std::uint64_t bytes);
-  static constexpr std::uint64_t base() { return 0x10000000; }
+  std::uint64_t base() const { return options_.base; }
+  std::uint64_t bytes() const { return words_.size() * 8; }
   void write(std::uint64_t address, std::span<const std::uint64_t> words);
   void read(std::uint64_t address, std::span<std::uint64_t> words) const;
 
+  /// Reset of the port: what the master drives in this clock of it. Everything in flight is forgotten.
+  void reset(const AxiMasterSignals& master);
   /// One clock: `master` is what the core drives in this clock, signals() what this memory drives in it; signals() changes for the next clock.
   void clock(const AxiMasterSignals& master);
   const AxiSlaveSignals& signals() const { return out_; }
+
+  /// Counts from now on how often each byte in [begin, end) is written by the master, and its bytes written elsewhere.
+  void watch_writes(std::uint64_t begin, std::uint64_t end);
+  std::span<const std::uint8_t> written_times() const { return written_times_; }
+  std::uint64_t stray_writes() const { return stray_writes_; }
 
   void arm(const ErrorInjection& errors);
   void set_options(const MemoryOptions& options);
@@ -55,14 +74,14 @@ class AxiMemory {
     return reads_.empty() && writes_.empty() && answers_.empty() && write_words_.empty() && !out_.r_valid &&
            !out_.b_valid;
   }
-  /// Rules the master has broken, first ones first; empty is good.
-  const std::vector<std::string>& violations() const { return violations_; }
+  AxiMonitor& monitor() { return monitor_; }
+  const AxiMonitor& monitor() const { return monitor_; }
   std::uint64_t read_bursts() const { return read_bursts_; }
   std::uint64_t write_bursts() const { return write_bursts_; }
   std::uint64_t read_bytes() const { return read_bytes_; }
   std::uint64_t read_bytes_of(std::uint32_t id) const { return id_bytes_[id % id_bytes_.size()]; }
   std::uint64_t written_bytes() const { return written_bytes_; }
-  /// Addresses outside the memory; answered with DECERR. A correct core has none.
+  /// Bursts outside the memory or across 4 KB; answered with DECERR. A correct core has none.
   std::uint64_t outside() const { return outside_; }
 
  private:
@@ -86,16 +105,19 @@ class AxiMemory {
   };
   struct Beat {
     std::array<std::uint64_t, 2> data;
-    bool last;
+    std::uint32_t strobes;
   };
-  void violation(const std::string& what);
-  void check_address(const char* channel, std::uint64_t address, std::uint32_t len, std::uint32_t size,
-                     std::uint32_t burst);
+  bool refused(std::uint64_t address, std::uint64_t bytes) const;
   bool inside(std::uint64_t address, std::uint64_t bytes) const;
   std::uint64_t latency();
-  bool stalled() {
-    return options_.stall_percent > 0 && random_.below(100) < static_cast<unsigned>(options_.stall_percent);
+  bool stalled(AxiChannel channel) {
+    const bool active = options_.hold_off[static_cast<std::size_t>(channel)].next();
+    return !active ||
+           (options_.stall_percent > 0 && random_.below(100) < static_cast<unsigned>(options_.stall_percent));
   }
+  template <typename Entry>
+  typename std::deque<Entry>::iterator choose(std::deque<Entry>& entries);
+  void store(std::uint64_t address, const Beat& beat);
   void accept(const AxiMasterSignals& m);
   void finish_writes();
   void drive();
@@ -112,9 +134,9 @@ class AxiMemory {
   std::deque<Write> writes_;
   std::deque<Beat> write_words_;
   std::deque<Answer> answers_;
-  AxiMasterSignals before_;
-  bool before_valid_ = false;
-  std::vector<std::string> violations_;
+  AxiMonitor monitor_;
+  std::uint64_t watch_begin_ = 0, stray_writes_ = 0;
+  std::vector<std::uint8_t> written_times_;
   std::uint64_t read_bursts_ = 0, write_bursts_ = 0, read_bytes_ = 0, written_bytes_ = 0, outside_ = 0;
   std::array<std::uint64_t, 128> id_bytes_{};
   std::int64_t read_number_ = 0, write_number_ = 0;

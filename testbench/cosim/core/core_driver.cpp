@@ -68,12 +68,20 @@ CoreDriver::CoreDriver(Device& device) : device_(device) {
 }
 
 void CoreDriver::load(std::span<const std::uint64_t> image_words, std::uint64_t most_rays, std::uint64_t ray_offset) {
+  load_at(image_words, most_rays, {.rays = ray_offset * contract::kRayBytes});
+}
+
+void CoreDriver::load_at(std::span<const std::uint64_t> image_words, std::uint64_t most_rays,
+                         const Placement& placement) {
+  constexpr std::uint64_t kImageUnit = 64, kRayUnit = 32, kHitUnit = 16, kSpare = 8;
+  if (placement.image % kImageUnit != 0 || placement.rays % kRayUnit != 0 || placement.hits % kHitUnit != 0)
+    throw Error("rtl core: no register can name this place of image, rays or hits");
   device_.release_all();
   image_lines_ = image_words.size() / 8;
-  image_address_ = device_.allocate(std::max<std::uint64_t>(image_words.size() * 8, 64));
-  ray_address_ =
-      device_.allocate((most_rays + ray_offset) * contract::kRayBytes + 8) + ray_offset * contract::kRayBytes;
-  hit_address_ = device_.allocate(most_rays * contract::kHitBytes + 8);
+  image_address_ =
+      device_.allocate(placement.image + std::max<std::uint64_t>(image_words.size() * 8, 64)) + placement.image;
+  ray_address_ = device_.allocate(placement.rays + most_rays * contract::kRayBytes + kSpare) + placement.rays;
+  hit_address_ = device_.allocate(placement.hits + most_rays * contract::kHitBytes + kSpare) + placement.hits;
   most_rays_ = most_rays;
   device_.write_memory(image_address_, image_words);
 }

@@ -44,6 +44,11 @@ struct CoreMode {
       0;  ///< rays in a row of the image, so that the core may visit them in tiles; 0: one after the other
 };
 
+/// Where image, rays and hits begin, in bytes behind the start of a page: multiples of 64, 32 and 16.
+struct Placement {
+  std::uint64_t image = 0, rays = 0, hits = 0;
+};
+
 class CoreDriver {
  public:
   /// Throws Error if the device has no Retrace core of this version.
@@ -52,6 +57,8 @@ class CoreDriver {
 
   /// Makes room for an image and `most_rays` rays and their hits, and writes the image. The rays begin `ray_offset` rays into a page.
   void load(std::span<const std::uint64_t> image_words, std::uint64_t most_rays, std::uint64_t ray_offset = 0);
+  /// The same at any place the registers can name.
+  void load_at(std::span<const std::uint64_t> image_words, std::uint64_t most_rays, const Placement& placement);
   /// Writes the rays (4 words each), fills the hits with a pattern, starts.
   void start(std::span<const std::uint64_t> ray_words, const CoreMode& mode);
   /// Until done. `progress` gets the number of rays finished now and then. Throws Error after `most_clocks` without the end.

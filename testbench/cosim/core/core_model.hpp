@@ -27,7 +27,7 @@ struct AxiSlaveSignals {
 
 struct AxiLiteMasterSignals {
   bool aw_valid = false, w_valid = false, b_ready = false, ar_valid = false, r_ready = false;
-  std::uint32_t aw_addr = 0, w_data = 0, ar_addr = 0;
+  std::uint32_t aw_addr = 0, w_data = 0, w_strb = 0xf, ar_addr = 0;
 };
 struct AxiLiteSlaveSignals {
   bool aw_ready = false, w_ready = false, b_valid = false, ar_ready = false, r_valid = false;

@@ -55,7 +55,7 @@ class CoreModelOf final : public CoreModel {
     m.axil_aw_addr_i = in.lite.aw_addr;
     m.axil_w_valid_i = in.lite.w_valid;
     m.axil_w_data_i = in.lite.w_data;
-    m.axil_w_strb_i = 0xf;
+    m.axil_w_strb_i = in.lite.w_strb;
     m.axil_b_ready_i = in.lite.b_ready;
     m.axil_ar_valid_i = in.lite.ar_valid;
     m.axil_ar_addr_i = in.lite.ar_addr;

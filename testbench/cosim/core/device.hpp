@@ -6,7 +6,9 @@
 #include <span>
 #include <string>
 
+#include "testbench/cosim/core/axi_lite_master.hpp"
 #include "testbench/cosim/core/axi_memory.hpp"
+#include "testbench/cosim/core/axi_monitor.hpp"
 #include "testbench/cosim/core/core_model.hpp"
 
 namespace retrace::cosim {
@@ -37,6 +39,8 @@ class SimulatedDevice final : public Device {
     MemoryOptions memory;
     std::string waves;
     std::uint64_t seed = 1;
+    LiteOptions lite = {};
+    std::uint64_t lite_wait = 1000;  ///< clocks the core has to accept an address, a beat, an answer
   };
   explicit SimulatedDevice(const Options& options);
 
@@ -54,15 +58,25 @@ class SimulatedDevice final : public Device {
   AxiMemory& memory() { return memory_; }
   const AxiMemory& memory() const { return memory_; }
   int data_bytes() const { return model_->data_bytes(); }
+  /// The port behind read_register() and write_register(), which wait for their answer; what is queued here goes on while clocks pass.
+  AxiLiteMaster& registers() { return registers_; }
+  const AxiLiteMonitor& lite_monitor() const { return lite_monitor_; }
+  /// rst_ni is low for some clocks. What was in flight on both ports is forgotten; the contents of the memory stay.
+  void hard_reset();
+  /// Nothing is in flight on either port, and nobody has broken a rule.
+  void check_idle();
   /// Clocks pass. Throws Error if an assertion of the RTL fails or a rule of the bus is broken.
   void run(std::uint64_t clocks);
   bool interrupt() const { return out_.irq; }
 
  private:
   void step();
+  void finish_registers();
 
   std::unique_ptr<CoreModel> model_;
   AxiMemory memory_;
+  AxiLiteMaster registers_;
+  AxiLiteMonitor lite_monitor_;
   CoreInputs in_;
   CoreOutputs out_;
   std::uint64_t used_ = 0;
