@@ -59,16 +59,18 @@ struct context {
   work_record work;
 };
 
-// Is a section of `count` records of `size` bytes inside the image?
-inline flag_t section_fits(const ap_uint<32>& offset, const ap_uint<32>& count, int size, const ap_uint<32>& lines) {
+// Is a section of `count` records of `size` bytes inside the image, and can an index of `index_bits` bits name every record?
+inline flag_t section_fits(const ap_uint<32>& offset, const ap_uint<32>& count, int size, int index_bits,
+                           const ap_uint<32>& lines) {
   RT_INLINE
+  const ap_uint<32> most = 1u << index_bits;
   ap_uint<40> bytes = count;
   bytes *= ap_uint<8>(size);
   ap_uint<40> end = bytes;
   end += 63;
   end >>= 6;
   end += offset;
-  return flag_t(end <= lines);
+  return flag_t(end <= lines) & flag_t(count <= most);
 }
 
 inline int read_header(const word_t* pairs, const ap_uint<32>& image_lines, image_view& view) {
@@ -95,10 +97,12 @@ BOX:
     RT_UNROLL
     view.box[face] = header.box[face];
   }
-  const flag_t fits = section_fits(view.pair_offset, view.pair_count, contract::kNodePairBytes, image_lines) &
-                      section_fits(view.leaf_offset, view.leaf_count, contract::kLeafBytes, image_lines) &
-                      section_fits(view.list_offset, view.list_count, 4, image_lines) &
-                      section_fits(view.triangle_offset, view.triangle_count, contract::kTriangleBytes, image_lines);
+  const flag_t fits =
+      section_fits(view.pair_offset, view.pair_count, contract::kNodePairBytes, contract::kPairIndexBits, image_lines) &
+      section_fits(view.leaf_offset, view.leaf_count, contract::kLeafBytes, contract::kPairIndexBits, image_lines) &
+      section_fits(view.list_offset, view.list_count, 4, contract::kListIndexBits, image_lines) &
+      section_fits(view.triangle_offset, view.triangle_count, contract::kTriangleBytes, contract::kTriangleIndexBits,
+                   image_lines);
   return fits ? kFaultNone : kFaultLayout;
 }
 

@@ -31,7 +31,7 @@ enum RetraceSummary {
 enum RetraceFault {
   kFaultNone = 0,
   kFaultHeader = 1,  ///< magic or version is wrong
-  kFaultLayout = 2,  ///< a section does not lie inside the image
+  kFaultLayout = 2,  ///< a section does not lie inside the image, or has more records than its index type can name
 };
 
 /// Options of a run, bits of `options`.

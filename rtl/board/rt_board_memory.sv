@@ -1,9 +1,10 @@
 // On-chip memory behind an AXI4 slave: holds image, rays and hits where a board has no other memory.
 //
 // Range       Bytes bytes from Base (a multiple of Bytes, which is a power of two of at least 4096). A burst that begins elsewhere is answered
-//             with DECERR in every beat and changes nothing. AXI bursts stay within 4 KB; one that does not wraps there.
-// Bursts      INCR of whole beats (8 bytes); any other kind or size is answered with SLVERR and changes nothing. Addresses are
-//             aligned down to a beat. Byte strobes count.
+//             with DECERR in every beat and changes nothing.
+// Bursts      INCR of whole beats (8 bytes) within 4 KB, as AXI has it; any other kind or size, and a burst that crosses 4 KB (so also one that
+//             crosses the end of the memory), is answered with SLVERR in every beat and changes nothing. Addresses are aligned down to a beat.
+//             Byte strobes count.
 // Order       Reads in the order of their addresses, writes likewise, whatever their ids: ids only travel. A read and a write of the same
 //             word in the same clock: the read waits a clock, so it returns old or new data, never a mixture (NearBits of the word are compared:
 //             some others wait as well).
@@ -56,16 +57,18 @@ module rt_board_memory #(
 
   function automatic burst_t burst_of(rt_board_pkg::address_t a);
     burst_t b;
+    logic   crosses;  // 4 KB
+    crosses = {1'b0, a.addr[PageBits-1:BeatShift]} + (PageWordBits + 1)'(a.len) >= (PageWordBits + 1)'(1 << PageWordBits);
     b.id   = a.id;
     b.word = a.addr[SizeBits-1:BeatShift];
     b.len  = a.len;
     b.resp = rt_board_pkg::RespOkay;
     if (a.addr[rt_board_pkg::AddrBits-1:SizeBits] != Base[rt_board_pkg::AddrBits-1:SizeBits]) b.resp = rt_board_pkg::RespDecErr;
-    else if (a.burst != rt_board_pkg::BurstIncr || a.size != rt_board_pkg::SizeBeat) b.resp = rt_board_pkg::RespSlvErr;
+    else if (a.burst != rt_board_pkg::BurstIncr || a.size != rt_board_pkg::SizeBeat || crosses) b.resp = rt_board_pkg::RespSlvErr;
     return b;
   endfunction
 
-  // The next beat: within the page, so no burst leaves the memory.
+  // The next beat: within the page, so no burst leaves the memory, not even one whose data go on behind its length.
   function automatic logic [WordBits-1:0] next_word(logic [WordBits-1:0] word);
     logic [WordBits-1:0] next;
     next                    = word;

@@ -3,9 +3,10 @@
 // Frames      One at a time: while a frame is carried out and answered, what arrives is dropped (rt_link_rx); the host waits for its answer.
 //             A damaged frame is answered with StatusDamaged and changes nothing, not even what is kept for a repetition.
 // Once        The last frame that was carried out is known by session, sequence and check sequence; if it comes again, its answer is sent
-//             again and nothing else happens. So a host may repeat a frame until it has the answer, also one that starts a run.
-// Session     Frames of another session than the one that OpOpen began are refused (StatusSession): after a reset, or when a second host
-//             has taken over, nothing is carried out by mistake.
+//             again and nothing else happens. So a host may repeat a frame until it has the answer, also one that starts a run. What is not
+//             carried out at all (damaged, of another version or session) is answered beside what is kept.
+// Session     Frames of another session than the one that OpOpen began are refused (StatusSession), whatever is in them: after a reset, or when a
+//             second host has taken over, nothing is carried out by mistake.
 // Operations  In order; the first that fails ends the frame with its status and position, the ones before it have happened.
 // Registers   AXI4-Lite master, one access at a time. Bit 15 of an address means the board's own registers, which are read only.
 // Memory      AXI4 master, single beats of 8 bytes, one at a time, id 0. A write is offered address and data together.
@@ -169,7 +170,10 @@ module rt_link #(
   logic [31:0] crc_q;
   rt_board_pkg::status_e status_q;
   logic [15:0] position_q;
-  logic damaged_q;                      // the answer to send is StatusDamaged, beside what is kept
+  logic beside_q;                       // the answer to send has beside_status_q and no data, beside what is kept
+  rt_board_pkg::status_e beside_status_q;
+  logic damaged;
+  assign damaged = beside_q && beside_status_q == rt_board_pkg::StatusDamaged;
 
   // What is kept for a repetition.
   logic [15:0] session_q;
@@ -177,7 +181,9 @@ module rt_link #(
   logic [31:0] last_head_q;  // sequence, session
   logic [31:0] last_crc_q;
 
-  logic repeated;
+  logic repeated, foreign, first;
+  assign foreign  = !(session_valid_q && session_q == head_q[39:24]);  // in Operation only before the first: an OpOpen ends it
+  assign first    = ptr_q == CountBits'(rt_board_pkg::RequestHeader);  // operation
   assign repeated = last_valid_q && last_head_q == head_q[39:8] && last_crc_q == frame_crc;
 
   assign take            = state_q == Idle;
@@ -227,7 +233,7 @@ module rt_link #(
     if (bad) damaged_frames_q <= damaged_frames_q + 1'b1;
     if (bad && too_long) long_frames_q <= long_frames_q + 1'b1;
     if (state_q == Judge && repeated) repeated_frames_q <= repeated_frames_q + 1'b1;
-    if (state_q == Send && !damaged_q && status_q != rt_board_pkg::StatusOk) refused_frames_q <= refused_frames_q + 1'b1;
+    if (state_q == Send && (beside_q ? !damaged : status_q != rt_board_pkg::StatusOk)) refused_frames_q <= refused_frames_q + 1'b1;
     if (in_valid_i && in_error_i) spoilt_bytes_q <= spoilt_bytes_q + 1'b1;
     if (!rst_ni) begin
       clocks_q          <= '0;
@@ -280,7 +286,8 @@ module rt_link #(
         index_q   <= '0;
         reading_q <= 1'b0;
         fetched_q <= 1'b0;
-        damaged_q <= bad;
+        beside_q        <= bad;
+        beside_status_q <= rt_board_pkg::StatusDamaged;
         if (good) state_q <= Head;
         if (bad) state_q <= Send;
       end
@@ -296,35 +303,37 @@ module rt_link #(
       Judge: begin
         if (repeated) begin
           state_q <= Send;
+        end else if (first_byte != rt_board_pkg::Request) begin
+          beside_q        <= 1'b1;
+          beside_status_q <= rt_board_pkg::StatusVersion;
+          state_q         <= Send;
         end else begin
-          last_valid_q <= 1'b1;
-          last_head_q  <= head_q[39:8];
-          last_crc_q   <= frame_crc;
-          answer_q     <= '0;
-          status_q     <= rt_board_pkg::StatusOk;
-          state_q      <= Operation;
-          if (first_byte != rt_board_pkg::Request) begin
-            status_q <= rt_board_pkg::StatusVersion;
-            state_q  <= Send;
-          end
-          position_q <= 16'(ptr_q);
+          state_q <= Operation;
         end
       end
 
       Operation: begin
-        position_q  <= 16'(ptr_q);
-        index_q     <= '0;
-        if (at_end && !fetched_q) begin
-          state_q <= Send;
-        end else if (have) begin
-          opcode_q <= frame_byte_q;
-          state_q  <= Arguments;
-          if (frame_byte_q < rt_board_pkg::OpOpen || frame_byte_q > rt_board_pkg::OpMemCrc) begin
-            status_q <= rt_board_pkg::StatusMalformed;
-            state_q  <= Send;
-          end else if (frame_byte_q != rt_board_pkg::OpOpen && !(session_valid_q && session_q == head_q[39:24])) begin
-            status_q <= rt_board_pkg::StatusSession;
-            state_q  <= Send;
+        index_q <= '0;
+        if (have || (at_end && !fetched_q)) begin
+          if (foreign && !(have && frame_byte_q == rt_board_pkg::OpOpen)) begin
+            beside_q        <= 1'b1;
+            beside_status_q <= rt_board_pkg::StatusSession;
+            state_q         <= Send;
+          end else begin
+            opcode_q   <= frame_byte_q;
+            position_q <= 16'(ptr_q);
+            state_q    <= have ? Arguments : Send;
+            if (first) begin
+              last_valid_q <= 1'b1;
+              last_head_q  <= head_q[39:8];
+              last_crc_q   <= frame_crc;
+              answer_q     <= '0;
+              status_q     <= rt_board_pkg::StatusOk;
+            end
+            if (have && (frame_byte_q < rt_board_pkg::OpOpen || frame_byte_q > rt_board_pkg::OpMemCrc)) begin
+              status_q <= rt_board_pkg::StatusMalformed;
+              state_q  <= Send;
+            end
           end
         end
       end
@@ -530,11 +539,11 @@ module rt_link #(
       .rst_ni,
       .start_i     (tx_start),
       .busy_o      (tx_busy),
-      .sequence_i  (damaged_q ? 16'b0 : head_q[23:8]),
-      .session_i   (damaged_q ? 16'b0 : head_q[39:24]),
-      .status_i    (damaged_q ? rt_board_pkg::StatusDamaged : status_q),
-      .position_i  (damaged_q ? 16'b0 : position_q),
-      .data_bytes_i(damaged_q ? '0 : answer_q),
+      .sequence_i  (damaged ? 16'b0 : head_q[23:8]),
+      .session_i   (damaged ? 16'b0 : head_q[39:24]),
+      .status_i    (beside_q ? beside_status_q : status_q),
+      .position_i  (damaged ? 16'b0 : beside_q ? 16'(rt_board_pkg::RequestHeader) : position_q),
+      .data_bytes_i(beside_q ? '0 : answer_q),
       .read_en_o   (answer_read),
       .read_addr_o (answer_read_addr),
       .read_data_i (answer_data),

@@ -258,7 +258,7 @@ module rt_cache #(
     turn_q     <= !rst_ni || turn_q == port_t'(Ports - 1) ? '0 : turn_q + 1'b1;
     seen_q     <= hit != '0 && rst_ni;
     seen_set_q <= look3_miss_q[hit_port].key[SetBits-1:0];
-    seen_way_q <= way_hit_q[hit_port][Ways-1];
+    seen_way_q <= Ways == 2 && way_hit_q[hit_port][Ways-1];
   end
 
   // --- c + 5: the miss that goes on is compared with the MSHRs ---

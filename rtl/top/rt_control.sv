@@ -85,7 +85,8 @@ module rt_control #(
     Judge
   } phase_e;
   phase_e                           phase_q;
-  logic [31:0]                      offset, count, offset_q;
+  logic [31:0]                      offset, count, most, offset_q;  // most: as many records as an index can name
+  logic                             too_many_q;
   logic [39:0]                      bytes, bytes_q;
   logic [LinesBits:0]               section_end_q;
   logic [rt_core_pkg::AddrBits-1:0] section_base_q;
@@ -93,6 +94,7 @@ module rt_control #(
     offset = word[rt_contract_pkg::HeaderPairOffsetWord];
     count  = word[rt_contract_pkg::HeaderPairCountWord];
     bytes  = 40'(count) << $clog2(rt_contract_pkg::NodePairBytes);
+    most   = 32'd1 << rt_contract_pkg::PairIndexBits;
     case (section_q)
       2'd1: begin
         offset = word[rt_contract_pkg::HeaderLeafOffsetWord];
@@ -103,11 +105,13 @@ module rt_control #(
         offset = word[rt_contract_pkg::HeaderListOffsetWord];
         count  = word[rt_contract_pkg::HeaderListCountWord];
         bytes  = 40'(count) << 2;
+        most   = 32'd1 << rt_contract_pkg::ListIndexBits;
       end
       2'd3: begin
         offset = word[rt_contract_pkg::HeaderTriangleOffsetWord];
         count  = word[rt_contract_pkg::HeaderTriangleCountWord];
         bytes  = 40'(count) << $clog2(rt_contract_pkg::TriangleBytes);
+        most   = 32'd1 << rt_contract_pkg::TriangleIndexBits;
       end
       default: ;
     endcase
@@ -127,6 +131,7 @@ module rt_control #(
     image_lines_q  <= run_i.image_lines;
     offset_q       <= offset;
     bytes_q        <= bytes;
+    too_many_q     <= count > most;
     section_end_q  <= (LinesBits + 1)'((bytes_q + 40'd63) >> rt_core_pkg::LineShift) + (LinesBits + 1)'(offset_q);
     section_base_q <= image_base_q + (rt_core_pkg::AddrBits'(offset_q) << rt_core_pkg::LineShift);
     case (phase_q)
@@ -191,7 +196,7 @@ module rt_control #(
             default: view_q.triangle_base <= section_base_q;
           endcase
           section_q <= section_q + 1'b1;
-          if (section_end_q > (LinesBits + 1)'(image_lines_q)) begin
+          if (section_end_q > (LinesBits + 1)'(image_lines_q) || too_many_q) begin
             fault_q <= FaultLayout;
             state_q <= Done;
           end else if (section_q == 2'd3) begin

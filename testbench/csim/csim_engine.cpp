@@ -83,8 +83,10 @@ class Simulation final : public CsimEngine {
                   reinterpret_cast<word_t*>(hit_words.data()), reinterpret_cast<word_t*>(work_words.data()),
                   summary.data(), image_.size() / MemoryImage::kLineWords, inside.size(), bits);
     if (const auto fault = summary[kSummaryStatus].to_uint(); fault != kFaultNone)
-      throw Error(fault == kFaultHeader ? "csim engine: the image's magic or version is wrong"
-                                        : "csim engine: a section of the image lies outside it");
+      throw Error(
+          fault == kFaultHeader
+              ? "csim engine: the image's magic or version is wrong"
+              : "csim engine: a section of the image lies outside it, or has more records than its indices reach");
 
     std::fill(hits.begin(), hits.end(), Hit{});
     std::fill(work.begin(), work.end(), RayWork{});

@@ -213,6 +213,47 @@ TEST_F(BoardLink, ARepeatedFrameIsCarriedOutOnce) {
   EXPECT_EQ(read(base), 77u);
 }
 
+// The answer to a frame is lost; before the host repeats the frame, something arrives that is not the host's.
+TEST_F(BoardLink, AFrameThatIsNotCarriedOutIsNotRemembered) {
+  open();
+  Request count;
+  count.reg_read(board_register(link::kBoardClocks), 1);
+  Request fill;
+  fill.mem_fill(base, 1, 9);
+  const auto other_session = [&](const std::vector<std::uint8_t>& operations) {
+    auto bytes_of = body(operations);
+    bytes_of[3] ^= 1;
+    return bytes_of;
+  };
+  auto other_version = body(fill.bytes());
+  other_version[0] ^= 1;
+  const std::vector<std::pair<std::vector<std::uint8_t>, Status>> strangers{
+      {other_session(fill.bytes()), Status::kSession},
+      {other_session({}), Status::kSession},
+      {other_session({0xff}), Status::kSession},
+      {other_version, Status::kVersion},
+  };
+  for (std::size_t i = 0; i < strangers.size(); ++i) {
+    ++sequence;
+    const auto line = link::frame(body(count.bytes()));
+    const auto first = talk(line);
+    ASSERT_EQ(first.size(), 1u);
+    const auto refused = talk(link::frame(strangers[i].first));
+    ASSERT_EQ(refused.size(), 1u);
+    EXPECT_EQ(refused[0].status, strangers[i].second) << "stranger " << i;
+    EXPECT_EQ(refused[0].position, link::kRequestHeader);
+    EXPECT_EQ(refused[0].sequence, link::get(strangers[i].first, 1, 2));
+    EXPECT_EQ(refused[0].session, link::get(strangers[i].first, 3, 2));
+    EXPECT_TRUE(refused[0].data.empty());
+    const auto again = talk(line);
+    ASSERT_EQ(again.size(), 1u);
+    EXPECT_EQ(again[0].status, Status::kOk);
+    EXPECT_EQ(again[0].data, first[0].data) << "carried out twice behind stranger " << i;
+  }
+  EXPECT_EQ(board_word(link::kBoardRepeatedFrames), strangers.size());
+  EXPECT_EQ(board_word(link::kBoardRefusedFrames), strangers.size());
+}
+
 TEST_F(BoardLink, ARepetitionSendsTheSameAnswer) {
   open();
   Request request;

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstring>
+#include <vector>
 
 #include "golden/scene/kd_builder.hpp"
 #include "golden/stages/kd_descend.hpp"
@@ -142,6 +144,33 @@ TEST(CsimEngine, a_wrong_header_is_an_error_and_nothing_is_traced) {
 
 // Bits are turned over anywhere behind the header. Whatever comes out, every ray is answered and nothing outside the
 // image is read (the sanitizer build sees that).
+// An index that cannot name the last records would wrap in one engine and not in another.
+TEST(CsimEngine, a_section_with_more_records_than_its_index_can_name_is_refused) {
+  const Case c("box", 1, test_seed());
+  const auto fault_of = [&](std::uint32_t contract::HeaderRecord::*field, std::uint32_t count) {
+    std::vector<std::uint64_t> words(c.image.words().begin(), c.image.words().end());
+    contract::HeaderRecord header = c.image.header();
+    header.*field = count;
+    header.pack(words.data());
+    const auto* image = reinterpret_cast<const hls::word_t*>(words.data());
+    std::array<ap_uint<64>, kSummaryWords> summary;
+    // As large as an image can say it is; without rays nothing but the header is read.
+    constexpr std::uint32_t kLines = 0xffffffff;
+    retrace_trace(image, image, image, image, nullptr, nullptr, nullptr, summary.data(), kLines, 0, 0);
+    return summary[kSummaryStatus].to_int();
+  };
+  const auto expect_limit = [&](std::uint32_t contract::HeaderRecord::*field, int bits, const char* name) {
+    const std::uint32_t most = std::uint32_t{1} << bits;
+    EXPECT_EQ(fault_of(field, most), kFaultNone) << name;
+    for (const std::uint32_t count : {most + 1, 2 * most, 3 * most})
+      EXPECT_EQ(fault_of(field, count), kFaultLayout) << name << ' ' << count;
+  };
+  expect_limit(&contract::HeaderRecord::pair_count, contract::kPairIndexBits, "pair_count");
+  expect_limit(&contract::HeaderRecord::leaf_count, contract::kPairIndexBits, "leaf_count");
+  expect_limit(&contract::HeaderRecord::list_count, contract::kListIndexBits, "list_count");
+  expect_limit(&contract::HeaderRecord::triangle_count, contract::kTriangleIndexBits, "triangle_count");
+}
+
 TEST(CsimEngine, corrupt_images_end_in_a_status) {
   const std::uint64_t seed = test_seed();
   Random random(seed);
