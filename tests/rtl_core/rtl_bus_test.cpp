@@ -110,7 +110,7 @@ HoldOff any_hold_off(Random& random, int longest) {
       return HoldOff::none();
     case 1:
     case 2:
-      return HoldOff::random(random.bits(), static_cast<unsigned>(random.integer(10, 95)));
+      return HoldOff::random(random.bits(), static_cast<unsigned>(random.integer(30, 95)));
     default:
       return HoldOff::bursts(random.bits(), static_cast<unsigned>(random.integer(2, longest)));
   }
