@@ -14,7 +14,7 @@ module rt_reset #(
 );
   `RT_ASSERT_INIT(QuietPositive, QuietBits >= 1)
 
-  logic [1:0] good_q = '0;
+  (* ASYNC_REG = "TRUE" *) logic [1:0] good_q = '0;
   logic [QuietBits:0] quiet_q = '0;
 
   always_ff @(posedge clk_i) begin

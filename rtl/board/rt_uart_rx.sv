@@ -33,7 +33,7 @@ module rt_uart_rx #(
     Break
   } state_e;
 
-  logic [3:0] line_q;  // the last two of them and the one before are voted on
+  (* ASYNC_REG = "TRUE" *) logic [3:0] line_q;  // the last two of them and the one before are voted on
   logic vote_q, level_q;  // a register more, as the pin may be far from the rest
   state_e state_q;
   logic [CountBits-1:0] left_q;

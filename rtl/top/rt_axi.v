@@ -3,7 +3,8 @@
 //
 // Purpose     Renames the ports of rt_top; adds nothing. AXI4-Lite slave `s_axi_control`, AXI4 master `m_axi_image`, level interrupt.
 // Config      The macro RT_CONFIG chooses a configuration of rt_core_pkg (default ConfigEcp5); C_M_AXI_IMAGE_DATA_WIDTH must be its data_bits.
-// Attributes  Constant side-band signals are those of normal, non-secure, modifiable, bufferable memory.
+// Attributes  Constant side-band signals are those of normal, non-secure, modifiable memory. Writes are not bufferable: their answers come from where
+//             the hits end up and not from a buffer on the way, so hits are visible when `done` is.
 module rt_axi #(
     parameter C_M_AXI_IMAGE_DATA_WIDTH = 64
 ) (
@@ -66,7 +67,7 @@ module rt_axi #(
     input  wire [ 1:0] m_axi_image_bresp
 );
   assign m_axi_image_arcache = 4'b0011;
-  assign m_axi_image_awcache = 4'b0011;
+  assign m_axi_image_awcache = 4'b0010;
   assign m_axi_image_arprot  = 3'b010;
   assign m_axi_image_awprot  = 3'b010;
 

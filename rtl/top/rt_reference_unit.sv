@@ -106,7 +106,7 @@ module rt_reference_unit #(
     return limit_t'(left);
   endfunction
 
-  // --- who is ready, and the stages ---
+  // --- who is ready, and where (the pipe is at the end) ---
   localparam int unsigned Stages = 10;
   localparam int unsigned FromList = 0;
   localparam int unsigned FromTriangle = 1;
@@ -118,33 +118,6 @@ module rt_reference_unit #(
   context_t [Wakes-1:0]  wake_context;
   logic [Contexts-1:0]   first_q;  // nothing of the leaf is done
   logic [Contexts-1:0]   fresh_q;  // nothing is done for the ray
-  rt_context_pipe #(
-      .Contexts(Contexts),
-      .Stages  (Stages),
-      .Wakes   (Wakes)
-  ) u_pipe (
-      .clk_i,
-      .rst_ni,
-      .push_valid_i   (in_valid_i),
-      .push_context_i (in_context_i),
-      .wake_valid_i   (wake_valid),
-      .wake_ready_o   (wake_ready),
-      .wake_context_i (wake_context),
-      .wake_error_i   (wake_error),
-      .stage_valid_o  (stage_valid),
-      .stage_context_o(stage_context),
-      .stage_error_o  (stage_error),
-      .park_i         (park),
-      .retry_i        (i9_replay),
-      .again_i        (i9_done && !i9_last),
-      .idle_o         (pipe_idle)
-  );
-  always_comb begin
-    park    = '0;
-    park[5] = i5_list_look && !i5_list_hit;
-    park[9] = i9_missed;
-  end
-
   // --- I1: what is stored ---
   logic                             i1_first_q, i1_fresh_q, i1_resolved_q;
   progress_t                        i1_stored;
@@ -517,6 +490,34 @@ module rt_reference_unit #(
     done_after_q     <= i9_after_q;
     done_index_q     <= i9_index_q;
     if (ray_valid_i) any_q[ray_context_i] <= ray_any_i;
+  end
+
+  // --- the stages ---
+  rt_context_pipe #(
+      .Contexts(Contexts),
+      .Stages  (Stages),
+      .Wakes   (Wakes)
+  ) u_pipe (
+      .clk_i,
+      .rst_ni,
+      .push_valid_i   (in_valid_i),
+      .push_context_i (in_context_i),
+      .wake_valid_i   (wake_valid),
+      .wake_ready_o   (wake_ready),
+      .wake_context_i (wake_context),
+      .wake_error_i   (wake_error),
+      .stage_valid_o  (stage_valid),
+      .stage_context_o(stage_context),
+      .stage_error_o  (stage_error),
+      .park_i         (park),
+      .retry_i        (i9_replay),
+      .again_i        (i9_done && !i9_last),
+      .idle_o         (pipe_idle)
+  );
+  always_comb begin
+    park    = '0;
+    park[5] = i5_list_look && !i5_list_hit;
+    park[9] = i9_missed;
   end
 
   assign events_o.hit     = i9_look && i9_hit;

@@ -28,6 +28,7 @@ module tb_frame;
   logic [6:0] m_ar_id, m_r_id, m_aw_id, m_b_id;
   logic [39:0] m_ar_addr, m_aw_addr;
   logic [7:0] m_ar_len, m_aw_len;
+  logic [3:0] m_aw_cache;
   logic [63:0] m_r_data, m_w_data;
   logic [7:0] m_w_strb;
 
@@ -76,7 +77,7 @@ module tb_frame;
       .m_axi_image_awlen(m_aw_len),
       .m_axi_image_awsize(),
       .m_axi_image_awburst(),
-      .m_axi_image_awcache(),
+      .m_axi_image_awcache(m_aw_cache),
       .m_axi_image_awprot(),
       .m_axi_image_wvalid(m_w_valid),
       .m_axi_image_wready(m_w_ready),
@@ -131,6 +132,7 @@ module tb_frame;
       if (m_aw_valid && m_aw_ready) begin
         writing    <= 1'b1;
         write_word <= m_aw_addr[39:3];
+        if (m_aw_cache[0]) $fatal(1, "tb_frame: a bufferable write: its answer does not say that the hit is visible");
         if (m_aw_addr[39:3] < 37'(hit_word) || m_aw_addr[39:3] + 37'(m_aw_len) >= 37'(hit_word + 2 * rays))
           $fatal(1, "tb_frame: write outside the hits: %h", m_aw_addr);
       end

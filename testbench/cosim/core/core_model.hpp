@@ -58,6 +58,8 @@ class CoreModel {
 
 /// Configurations that are built: names for make_core_model.
 const std::vector<std::string>& core_configurations();
+/// Further names for it: configurations that are compiled without optimisation, for short tests.
+const std::vector<std::string>& quick_core_configurations();
 /// `waves`: file for an FST of the whole run, empty for none. Registers start with random contents drawn from `seed`. Throws Error for an
 /// unknown name, listing the known ones.
 std::unique_ptr<CoreModel> make_core_model(const std::string& configuration, std::uint64_t seed,
