@@ -4,6 +4,7 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -204,8 +205,8 @@ Format format_of(const std::filesystem::path& path) {
     (void)OIIO::geterror();
     throw Error("cannot write " + path.string() + ": no image format is known for '" + extension + "'");
   }
-  format.linear = format.name == "openexr" || format.name == "hdr" || extension == ".pfm";
-  if (format.name == "hdr" || format.name == "pnm") format.most_channels = 3;
+  format.linear = format.name == "openexr" || format.name == "hdr";
+  if (format.name == "hdr") format.most_channels = 3;
   return format;
 }
 
@@ -214,7 +215,7 @@ class Encoder {
  public:
   Encoder(const std::filesystem::path& path, const Format& format, int width, int height, int channels,
           const std::vector<std::string>& channel_names)
-      : path_(path), proxy_(bytes_), writer_(OIIO::ImageOutput::create(format.name)) {
+      : path_(path), width_(width), height_(height), proxy_(bytes_), writer_(OIIO::ImageOutput::create(format.name)) {
     if (!writer_) fail(OIIO::geterror());
     OIIO::ImageSpec spec(width, height, channels,
                          format.integers ? OIIO::TypeDesc::UINT32
@@ -229,11 +230,16 @@ class Encoder {
     spec.attribute("oiio:ColorSpace", format.linear ? "Linear" : "sRGB");
     if (format.linear) spec.attribute("compression", "zip");
     std::string name = path.string();
-    if (writer_->supports("ioproxy")) {
+    // TIFF seeks behind the end, which OpenImageIO 2.4's file in a vector does not bear.
+    if (writer_->supports("ioproxy") && format.name != "tiff") {
       void* proxy = &proxy_;
       spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
     } else {
       // Such a writer wants a name and does not say when its file is cut short. A file in memory never is, but by a limit.
+      constexpr std::uint64_t kFrame = 65536;  // what a format adds to the pixels at most
+      rlimit limit{};
+      if (::getrlimit(RLIMIT_FSIZE, &limit) == 0 && spec.image_bytes() + kFrame > limit.rlim_cur)
+        fail(std::generic_category().message(EFBIG));
       memory_ = ::memfd_create("picture", MFD_CLOEXEC);
       if (memory_ < 0) fail(std::generic_category().message(errno));
       name = "/proc/self/fd/" + std::to_string(memory_);
@@ -250,18 +256,40 @@ class Encoder {
   std::string encode(OIIO::TypeDesc type, const void* pixels) {
     if (!writer_->write_image(type, pixels)) fail(writer_->geterror());
     if (!writer_->close()) fail(writer_->geterror());
-    if (memory_ < 0) return {reinterpret_cast<const char*>(bytes_.data()), bytes_.size()};
-    std::string bytes;
-    if (const int error = read_memory_file(memory_, bytes); error != 0) fail(std::generic_category().message(error));
+    std::string bytes(reinterpret_cast<const char*>(bytes_.data()), bytes_.size());
+    if (memory_ >= 0) {
+      bytes.clear();
+      if (const int error = read_memory_file(memory_, bytes); error != 0) fail(std::generic_category().message(error));
+    }
+    check_readable(bytes);
     return bytes;
   }
 
  private:
+  /// Some writers report success for what no reader takes (JPEG 2000 of few pixels).
+  void check_readable(std::string& bytes) const {
+    const auto reader = OIIO::ImageInput::create(writer_->format_name());
+    if (!reader) return;
+    OIIO::ImageSpec config, seen;
+    OIIO::Filesystem::IOMemReader memory(bytes.data(), bytes.size());
+    std::string name = "picture";
+    if (reader->supports("ioproxy")) {
+      void* proxy = &memory;
+      config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+    } else if (memory_ >= 0) {
+      name = "/proc/self/fd/" + std::to_string(memory_);
+    } else {
+      return;
+    }
+    if (!reader->open(name, seen, config)) fail(reader->geterror());
+    if (seen.width != width_ || seen.height != height_) fail("the format does not take a picture of this size");
+  }
   [[noreturn]] void fail(const std::string& why) const {
     throw Error("cannot write " + path_.string() + ": " + (why.empty() ? "the format does not take it" : why));
   }
 
   const std::filesystem::path& path_;
+  int width_, height_;
   std::vector<unsigned char> bytes_;
   OIIO::Filesystem::IOVecOutput proxy_;
   int memory_ = -1;

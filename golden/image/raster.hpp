@@ -38,7 +38,7 @@ void blit(Raster& target, const Raster& source, int x, int y);
 /// beyond it; the legend then names the greatest as well.
 Raster heat_map(const Raster& values, ColorMap map, const std::string& title, double low = 0.0, double high = 0.0);
 
-/// Kinds of file by extension: .png, .jpg, .tif, ... hold encoded colours; .exr, .hdr (.rgbe) and .pfm linear ones. Devices, FIFOs and
+/// Kinds of file by extension: .png, .jpg, .tif, ... hold encoded colours; .exr and .hdr (.rgbe) linear ones. Devices, FIFOs and
 /// descriptors without an extension get .png. Throws Error for an extension that OpenImageIO cannot write.
 bool is_linear_format(const std::filesystem::path& path);
 

@@ -83,14 +83,14 @@ TEST_F(RasterFiles, ExrHoldsFloatsExactly) {
   EXPECT_EQ(OIIO::ImageInput::open((folder_ / "depth.exr").string())->spec().channelnames[0], "Z");
 }
 
-TEST_F(RasterFiles, HdrAndPfmHoldLinearRadianceWithoutCoverage) {
+TEST_F(RasterFiles, HdrHoldsLinearRadianceWithoutCoverage) {
   Raster raster(16, 9, 4);
   for (int y = 0; y < raster.height; ++y)
     for (int x = 0; x < raster.width; ++x) {
       raster.set_rgb(x, y, {0.25f * static_cast<float>(x), 8.0f, 100.0f});
       raster.at(x, y)[3] = 0.5f;
     }
-  for (const char* name : {"a.hdr", "a.rgbe", "a.HDR", "a.pfm", "a.exr"}) {
+  for (const char* name : {"a.hdr", "a.rgbe", "a.HDR", "a.exr"}) {
     EXPECT_TRUE(is_linear_format(name)) << name;
     check_raster(folder_ / name, 16, 9, 4);
     save_raster(folder_ / name, raster);
@@ -100,21 +100,27 @@ TEST_F(RasterFiles, HdrAndPfmHoldLinearRadianceWithoutCoverage) {
       for (int x = 0; x < raster.width; ++x)
         ASSERT_LT(glm::length(back.rgb(x, y) - raster.rgb(x, y)), 1.0f) << name << " " << x << " " << y;
   }
-  EXPECT_EQ(entries(), 5u);
+  EXPECT_EQ(entries(), 4u);
 }
 
 TEST_F(RasterFiles, EveryFormatComesBackAsItWas) {
-  const Raster raster = gradient(40, 30);
+  const Raster raster = gradient(120, 90);
   for (const char* name : {"a.png", "a.jpg", "a.tif", "a.bmp", "a.gif", "a.tga", "a.ppm", "a.webp", "a.jp2", "a.sgi",
                            "a.rla", "a.dpx", "a.ico", "a.fits", "a.heic", "a.iff"}) {
-    check_raster(folder_ / name, 40, 30, 3);
+    check_raster(folder_ / name, 120, 90, 3);
     save_raster(folder_ / name, raster);
     const Raster back = read(folder_ / name);
-    ASSERT_EQ(back.width, 40) << name;
-    ASSERT_EQ(back.height, 30) << name;
+    ASSERT_EQ(back.width, 120) << name;
+    ASSERT_EQ(back.height, 90) << name;
     ASSERT_GE(back.channels, 3) << name;
     EXPECT_LT(glm::length(back.rgb(30, 20) - raster.rgb(30, 20)), 0.15f) << name;
   }
+}
+
+TEST_F(RasterFiles, AFileThatNobodyCanReadIsAnError) {
+  // OpenJPEG refuses pictures of few pixels; the writer then leaves 77 bytes and reports success.
+  EXPECT_THROW(save_raster(folder_ / "a.jp2", gradient(40, 30)), Error);
+  EXPECT_EQ(entries(), 0u);
 }
 
 TEST_F(RasterFiles, ALimitOnTheSizeOfFilesIsAnErrorInEveryFormat) {
@@ -144,7 +150,6 @@ TEST_F(RasterFiles, ALimitOnTheSizeOfFilesIsAnErrorInEveryFormat) {
 
 TEST_F(RasterFiles, WhatAFormatCannotTakeIsKnownBefore) {
   EXPECT_THROW(check_raster("a.ico", 2000, 2000, 3), Error);
-  EXPECT_THROW(check_raster("a.webp", 16384, 10, 3), Error);
   EXPECT_THROW(check_raster("a.zfile", 10, 10, 3), Error);
   EXPECT_NO_THROW(check_raster("a.png", 16384, 16384, 3));
   EXPECT_NO_THROW(check_raster("a.exr", 16384, 16384, 4));
