@@ -549,16 +549,17 @@ Raster develop(const RenderResult& result, double exposure) {
 }
 
 std::span<const Aov> known_aovs() {
-  static constexpr std::array<Aov, 10> kAovs = {{{"depth", "distance along the viewing axis, world units"},
-                                                 {"normal", "interpolated world normal, turned towards the camera"},
-                                                 {"albedo", "base colour with textures"},
-                                                 {"id", "triangle id"},
-                                                 {"steps", "node visits of the camera rays: down + up + leaf"},
-                                                 {"down", "interior nodes visited on the way down"},
-                                                 {"up", "ancestors visited on the way up"},
-                                                 {"leaf", "leaves visited"},
-                                                 {"tests", "triangle tests"},
-                                                 {"skipped", "tests that the mailbox saved"}}};
+  static constexpr std::array<Aov, 10> kAovs = {
+      {{"depth", "distance along the viewing axis, world units"},
+       {"normal", "interpolated world normal, turned towards the camera"},
+       {"albedo", "base colour with textures"},
+       {"id", "triangle id, an unsigned integer; 4294967295 where nothing is hit"},
+       {"steps", "node visits of the camera rays: down + up + leaf"},
+       {"down", "interior nodes visited on the way down"},
+       {"up", "ancestors visited on the way up"},
+       {"leaf", "leaves visited"},
+       {"tests", "triangle tests"},
+       {"skipped", "tests that the mailbox saved"}}};
   return kAovs;
 }
 
@@ -576,19 +577,12 @@ Raster aov_data(const RenderResult& result, const std::string& name) {
     for (std::size_t i = 0; i < sum.data.size(); ++i) sum.data[i] += result.up.data[i] + result.leaf.data[i];
     return sum;
   }
-  if (name == "id") {
-    // Exact in a float up to 2^24, which is as many as an image can hold; -1 where nothing is hit.
-    Raster ids(result.depth.width, result.depth.height, 1);
-    for (std::size_t i = 0; i < ids.data.size(); ++i) {
-      ids.data[i] = result.id[i] == kNone ? -1.0f : static_cast<float>(result.id[i]);
-    }
-    return ids;
-  }
+  if (name == "id") throw Error("triangle ids do not fit floats: they are RenderResult::id");
   throw Error("there is no AOV '" + name + "'");
 }
 
 Raster aov_picture(const RenderResult& result, const std::string& name, ColorMap map) {
-  const Raster data = aov_data(result, name);
+  const Raster data = name == "id" ? result.depth : aov_data(result, name);  // of ids only the size is looked at
   if (name == "depth") return heat_map(data, ColorMap::kViridis, "depth");
   if (name != "normal" && name != "albedo" && name != "id") return heat_map(data, map, name + " per ray");
   Raster picture(data.width, data.height, 3);

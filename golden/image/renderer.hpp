@@ -69,7 +69,7 @@ struct Aov {
   const char* help;
 };
 std::span<const Aov> known_aovs();
-/// The AOV as data (for .exr) and as a picture to look at (for .png). Throws Error for an unknown name.
+/// The AOV as data (for .exr; ids are not floats: see write_ids()) and as a picture to look at (for .png). Throws Error for an unknown name.
 Raster aov_data(const RenderResult& result, const std::string& name);
 Raster aov_picture(const RenderResult& result, const std::string& name, ColorMap map);
 

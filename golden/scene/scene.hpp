@@ -11,14 +11,11 @@
 #include <string>
 #include <vector>
 
+#include "golden/base/error.hpp"
+
 namespace retrace {
 
 inline constexpr std::uint32_t kNone = 0xffffffffu;  ///< "no such index" everywhere on the host
-
-/// A user-facing error: what is wrong and where, in one line. The program prints it and exits with 1.
-struct Error : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 /// Decoded image, linear or sRGB as stored; rows top to bottom, 4 channels, float.
 struct Texture {

@@ -215,9 +215,13 @@ std::string label(const Row& row) {
   return text;
 }
 
+std::string scene_name(const std::string& spec) {
+  return std::filesystem::exists(spec) ? std::filesystem::path(spec).stem().string() : spec;
+}
+
 SceneReport measure(const std::string& spec, const LabOptions& options) {
   const double start = now();
-  const std::string name = std::filesystem::exists(spec) ? std::filesystem::path(spec).stem().string() : spec;
+  const std::string name = scene_name(spec);
   const auto say = [&](const std::string& text) {
     if (options.say) options.say(name + ": " + text);
   };
