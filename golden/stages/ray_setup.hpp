@@ -15,6 +15,7 @@ struct RayState {
   glm::bvec3 negative, zero;
   double t_max;
   bool any;
+  contract::RayRecord codes;  ///< what the rest was made of
 };
 
 inline RayState ray_setup(const contract::RayRecord& ray) {
@@ -29,6 +30,7 @@ inline RayState ray_setup(const contract::RayRecord& ray) {
   }
   state.t_max = ray.t_max * (1.0 / (1 << contract::kTLimitFrac));
   state.any = ray.any != 0;
+  state.codes = ray;
   return state;
 }
 
