@@ -35,10 +35,11 @@ inline constexpr double kDepthUnit =
 
 /// The line of a ray and a triangle; dn >= 0 (the triangle is seen from its front, whichever that is).
 struct Crossing {
-  std::array<Wide, 3> edge;  ///< of the edges from vertex 0 to 1, 1 to 2, 2 to 0: the weights of vertices 2, 0, 1 times dn
-  Wide dn;                   ///< direction . normal
-  Wide height;               ///< normal . (vertex 0 - origin); t = height / dn
-  Vec normal;                ///< not turned
+  std::array<Wide, 3>
+      edge;     ///< of the edges from vertex 0 to 1, 1 to 2, 2 to 0: the weights of vertices 2, 0, 1 times dn
+  Wide dn;      ///< direction . normal
+  Wide height;  ///< normal . (vertex 0 - origin); t = height / dn
+  Vec normal;   ///< not turned
 
   bool parallel() const { return dn == 0; }
   bool inside() const { return dn > 0 && edge[0] >= 0 && edge[1] >= 0 && edge[2] >= 0; }

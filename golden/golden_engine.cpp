@@ -209,7 +209,8 @@ class GoldenEngine final : public Engine {
   }
 
   /// kd-backtrack: no stack, no boxes; the exit face of the leaf names the ancestor to turn at.
-  void walk_without_stack(const RayState& ray, bool parent_links, Candidate& best, RayWork& work, Mailbox* mailbox) const {
+  void walk_without_stack(const RayState& ray, bool parent_links, Candidate& best, RayWork& work,
+                          Mailbox* mailbox) const {
     std::uint32_t node = 0;
     double t = 0.0;
     while (true) {

@@ -32,7 +32,7 @@ struct alignas(64) Triangle {
   std::array<exact::Vec, 3> codes() const {
     std::array<exact::Vec, 3> result;
     for (int axis = 0; axis < 3; ++axis) {
-      const auto code = [](double x) { return static_cast<std::int64_t>(std::ldexp(x, contract::kPositionFrac)); };
+      const auto code = [](double x) { return static_cast<std::int64_t>(x * (1 << contract::kPositionFrac)); };
       const auto i = static_cast<std::size_t>(axis);
       result[0][i] = code(vertex[axis]);
       result[1][i] = result[0][i] + code(e1[axis]);
@@ -72,9 +72,14 @@ inline constexpr double kDepthError = 0x1p-37;
 /// dn below this many slack_depth, 2^-10 |n|_1, is decided in integers: the quotient h / dn would be too coarse.
 inline constexpr double kGrazing = 0x1p35;
 
-/// tri_test in integers alone.
+/// Where the filter of tri_test cannot decide, or the ray grazes the plane.
 [[gnu::noinline, gnu::cold]] inline bool tri_test_exactly(const Triangle& triangle, const RayState& ray,
                                                           Candidate& candidate) {
+  const glm::dvec3 moment = glm::cross(ray.direction, triangle.vertex - ray.origin);
+  const double u = -glm::dot(moment, triangle.e2), v = glm::dot(moment, triangle.e1);
+  const double w = glm::dot(triangle.n, ray.direction) - u - v;
+  // Rays in the plane of a mesh come here for every triangle on their way; signs that differ are a miss from either side.
+  if (std::min({u, v, w}) < -triangle.slack_edge && std::max({u, v, w}) > triangle.slack_edge) return false;
   const exact::Crossing crossing = exact::intersect(ray.codes, triangle.codes());
   if (!crossing.inside() || !crossing.ahead() || !crossing.before(ray.codes.t_max)) return false;
   candidate = {crossing.t(), static_cast<double>(crossing.edge[2]), static_cast<double>(crossing.edge[0]),
@@ -86,30 +91,39 @@ inline constexpr double kGrazing = 0x1p35;
 /// say false: `limit` is the t of the best candidate, or t_max.
 inline bool tri_test(const Triangle& triangle, const RayState& ray, double limit, Candidate& candidate) {
   const glm::dvec3 p = triangle.vertex - ray.origin;
-  const double facing = glm::dot(triangle.n, ray.direction), side = facing < 0.0 ? -1.0 : 1.0;
-  const double dn = std::abs(facing), height = side * glm::dot(triangle.n, p);
+  double dn = glm::dot(triangle.n, ray.direction), height = glm::dot(triangle.n, p);
+  const double side = dn < 0.0 ? -1.0 : 1.0;
+  dn *= side;
+  height *= side;
   // Where the sign of dn is in doubt, |h / dn| is above any t_max unless |h| is below the slack: the decision stands.
   if (height < -triangle.slack_depth || height > (limit + kDepthError) * dn + triangle.slack_depth) return false;
-  const glm::dvec3 moment = side * glm::cross(ray.direction, p);
-  const double u = -glm::dot(moment, triangle.e2), v = glm::dot(moment, triangle.e1), w = dn - u - v;
-  const double least = std::min({u, v, w});
-  const bool grazing = dn < kGrazing * triangle.slack_depth;
-  // Signs that differ are a miss on either side of the triangle.
-  if (least < -triangle.slack_edge && (!grazing || std::max({u, v, w}) > triangle.slack_edge)) return false;
-  if (grazing || least < triangle.slack_edge || height < triangle.slack_depth ||
+  if (dn < kGrazing * triangle.slack_depth) [[unlikely]]
+    return tri_test_exactly(triangle, ray, candidate);
+  const glm::dvec3 moment = glm::cross(ray.direction, p);
+  const double slack = triangle.slack_edge, u = -side * glm::dot(moment, triangle.e2);
+  if (u < -slack || u > dn + slack) return false;
+  const double v = side * glm::dot(moment, triangle.e1), w = dn - u - v;
+  if (v < -slack || w < -slack) return false;
+  if (u < slack || v < slack || w < slack || height < triangle.slack_depth ||
       height > ray.t_max * dn - triangle.slack_depth) [[unlikely]]
     return tri_test_exactly(triangle, ray, candidate);
   candidate = {height / dn, u, v, dn, &triangle};
   return true;
 }
 
-/// Whether a candidate comes before another: nearer, or as near with the lower id.
-inline bool is_nearer(const Candidate& candidate, const Candidate& best, const RayState& ray) {
-  if (best.triangle == nullptr) return true;
-  if (std::abs(candidate.t - best.t) > 2 * kDepthError) return candidate.t < best.t;
+[[gnu::noinline, gnu::cold]] inline bool is_nearer_exactly(const Candidate& candidate, const Candidate& best,
+                                                           const RayState& ray) {
   const auto order = exact::compare_depth(exact::intersect(ray.codes, candidate.triangle->codes()),
                                           exact::intersect(ray.codes, best.triangle->codes()));
   return order < 0 || (order == 0 && candidate.triangle->id < best.triangle->id);
+}
+
+/// Whether a candidate comes before another: nearer, or as near with the lower id.
+inline bool is_nearer(const Candidate& candidate, const Candidate& best, const RayState& ray) {
+  if (best.triangle == nullptr) return true;
+  if (std::abs(candidate.t - best.t) > 2 * kDepthError) [[likely]]
+    return candidate.t < best.t;
+  return is_nearer_exactly(candidate, best, ray);
 }
 
 }  // namespace retrace::golden
