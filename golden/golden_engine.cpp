@@ -162,8 +162,10 @@ class GoldenEngine final : public Engine {
         continue;
       }
       ++work.tests;
+      const Triangle& triangle = triangles_[index];
+      if (&triangle == best.triangle) continue;  // the best hit so far, met again in the next leaf
       Candidate candidate;
-      if (!tri_test(triangles_[index], ray, best.t, candidate) || !is_nearer(candidate, best, ray)) continue;
+      if (!tri_test(triangle, ray, best.t, candidate) || !is_nearer(candidate, best, ray)) continue;
       best = candidate;
       if (ray.any) return true;
     }

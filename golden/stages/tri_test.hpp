@@ -102,10 +102,9 @@ inline bool tri_test(const Triangle& triangle, const RayState& ray, double limit
   const glm::dvec3 moment = glm::cross(ray.direction, p);
   const double slack = triangle.slack_edge, u = -side * glm::dot(moment, triangle.e2);
   if (u < -slack || u > dn + slack) return false;
-  const double v = side * glm::dot(moment, triangle.e1), w = dn - u - v;
-  if (v < -slack || w < -slack) return false;
-  if (u < slack || v < slack || w < slack || height < triangle.slack_depth ||
-      height > ray.t_max * dn - triangle.slack_depth) [[unlikely]]
+  const double v = side * glm::dot(moment, triangle.e1), least = std::min(v, dn - u - v);
+  if (least < -slack) return false;
+  if (std::min(u, least) < slack || std::min(height, ray.t_max * dn - height) < triangle.slack_depth) [[unlikely]]
     return tri_test_exactly(triangle, ray, candidate);
   candidate = {height / dn, u, v, dn, &triangle};
   return true;
