@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <compare>
 
 #include "golden/exact.hpp"
 #include "golden/scene/geometry.hpp"
@@ -114,7 +115,7 @@ inline bool tri_test(const Triangle& triangle, const RayState& ray, double limit
                                                            const RayState& ray) {
   const auto order = exact::compare_depth(exact::intersect(ray.codes, candidate.triangle->codes()),
                                           exact::intersect(ray.codes, best.triangle->codes()));
-  return order < 0 || (order == 0 && candidate.triangle->id < best.triangle->id);
+  return std::is_lt(order) || (std::is_eq(order) && candidate.triangle->id < best.triangle->id);
 }
 
 /// Whether a candidate comes before another: nearer, or as near with the lower id.
