@@ -81,8 +81,9 @@ inline constexpr double kGrazing = 0x1p35;
   const double w = glm::dot(triangle.n, ray.direction) - u - v;
   // Rays in the plane of a mesh come here for every triangle on their way; signs that differ are a miss from either side.
   if (std::min({u, v, w}) < -triangle.slack_edge && std::max({u, v, w}) > triangle.slack_edge) return false;
-  const exact::Crossing crossing = exact::intersect(ray.codes, triangle.codes());
-  if (!crossing.inside() || !crossing.ahead() || !crossing.before(ray.codes.t_max)) return false;
+  const contract::RayRecord codes = ray.codes();
+  const exact::Crossing crossing = exact::intersect(codes, triangle.codes());
+  if (!crossing.inside() || !crossing.ahead() || !crossing.before(codes.t_max)) return false;
   candidate = {crossing.t(), static_cast<double>(crossing.edge[2]), static_cast<double>(crossing.edge[0]),
                static_cast<double>(crossing.dn), &triangle};
   return true;
@@ -113,8 +114,9 @@ inline bool tri_test(const Triangle& triangle, const RayState& ray, double limit
 
 [[gnu::noinline, gnu::cold]] inline bool is_nearer_exactly(const Candidate& candidate, const Candidate& best,
                                                            const RayState& ray) {
-  const auto order = exact::compare_depth(exact::intersect(ray.codes, candidate.triangle->codes()),
-                                          exact::intersect(ray.codes, best.triangle->codes()));
+  const contract::RayRecord codes = ray.codes();
+  const auto order = exact::compare_depth(exact::intersect(codes, candidate.triangle->codes()),
+                                          exact::intersect(codes, best.triangle->codes()));
   return std::is_lt(order) || (std::is_eq(order) && candidate.triangle->id < best.triangle->id);
 }
 
