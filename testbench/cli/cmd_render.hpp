@@ -29,6 +29,8 @@ using OutputFiles = std::vector<std::unique_ptr<OutputFile>>;
 nlohmann::ordered_json work_json(const WorkTotals& work);
 /// The factor that --exposure means; `automatic` for auto. Throws UsageError.
 double parse_exposure(const std::string& text, double automatic);
+/// A note about RenderResult::cut_rays, if there are any.
+void note_cut_rays(std::uint64_t rays, const Common& common);
 /// Adds the AOVs of a picture that goes to `output`, each as data and as something to look at.
 void write_aovs(const RenderArguments& a, const std::filesystem::path& output, const RenderResult& result,
                 OutputFiles& files);

@@ -7,7 +7,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "golden/accel/animation.hpp"
+#include "golden/scene/animation.hpp"
 #include "golden/accel/two_level.hpp"
 #include "golden/scene/gltf_loader.hpp"
 #include "scenes/animated_scenes.hpp"

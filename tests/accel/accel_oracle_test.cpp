@@ -21,7 +21,7 @@
 #include <optional>
 #include <sstream>
 
-#include "golden/accel/animation.hpp"
+#include "golden/scene/animation.hpp"
 #include "golden/accel/catalogue.hpp"
 #include "golden/accel/probe.hpp"
 #include "golden/accel/two_level.hpp"
