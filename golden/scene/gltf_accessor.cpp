@@ -39,7 +39,7 @@ const char* component_name(int type) {
 
 int components_of(const std::string& type) {
   if (type == "SCALAR") return 1;
-  const int side = type[3] - '0';  // VEC2 to VEC4, MAT2 to MAT4: checked by the document
+  const int side = type[3] - '0';  // VEC2 to VEC4, MAT4: checked by the document
   return type[0] == 'V' ? side : side * side;
 }
 
@@ -124,7 +124,9 @@ Accessor Accessors::open(std::size_t index, const std::string& user, bool bounde
   if (index >= document_.size("accessors")) throw Error(out.where + ": there is no such accessor");
   const json& a = document_.use("accessors", index);
   out.component = a["componentType"].get<int>();
-  out.components = components_of(a["type"].get_ref<const std::string&>());
+  const std::string type = a["type"];
+  if (type == "MAT2" || type == "MAT3") throw Error(out.where + ": matrices cannot stand here");
+  out.components = components_of(type);
   out.normalized = a.value("normalized", false);
   const std::uint64_t count = a["count"].get<std::uint64_t>();
   if (count > std::numeric_limits<std::uint32_t>::max()) throw Error(out.where + ": 'count' is too large");

@@ -142,12 +142,8 @@ ViewCamera default_view(const Scene& scene, const WorldTriangles& triangles, con
     return view;
   };
   if (!camera.empty()) return view_of(pick);
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    try {
-      return view_of(i);
-    } catch (const Error&) {  // the loader has noted it
-    }
-  }
+  for (std::size_t i = 0; i < found.size(); ++i)
+    if (scene.cameras[scene.nodes[found[i]].camera].fault.empty()) return view_of(i);
   return framing(triangles);
 }
 

@@ -33,8 +33,8 @@ struct ViewCamera {
 /// View of the scene. `camera` picks a camera node that is reachable from the scene's roots: its number among those (in
 /// the order of Scene::reachable()), or the name of the node or camera; empty: the first one, or, if there is none, a
 /// view from above and in front that frames all triangles that have an area on the grid. A camera that cannot be used
-/// (Camera::fault, a singular transform) is passed over unless it is asked for. Throws Error that lists the cameras if
-/// `camera` names none, or says why the one it names cannot be used.
+/// (Camera::fault) is passed over unless it is asked for. Throws Error that lists the cameras if `camera` names none, or
+/// says why the one it names cannot be used, or that the camera's transform is singular.
 ViewCamera default_view(const Scene& scene, const WorldTriangles& triangles, const std::string& camera = {});
 
 }  // namespace retrace
