@@ -34,8 +34,8 @@ GridRay quantise(const WorldRay& ray, const GridTransform& transform, const std:
   if (!std::isfinite(length) || length < std::numeric_limits<double>::min())
     throw Error("ray: the length of the direction is out of range");
 
-  const glm::dvec3 origin = ray.center == transform.center ? ray.origin * transform.scale
-                                                           : transform.to_grid(ray.origin + ray.center);
+  const glm::dvec3 origin =
+      ray.center == transform.center ? ray.origin * transform.scale : transform.to_grid(ray.origin + ray.center);
   double enter = ray.t_min * length, leave = ray.t_max * length;
   bool outside = !(enter <= leave);
   for (int axis = 0; axis < 3; ++axis) {

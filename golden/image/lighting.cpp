@@ -68,7 +68,8 @@ Lighting::Lighting(const Surfaces& surfaces, const ViewCamera& camera, LightChoi
       if (luminance(lamp.power) > 0 && std::isfinite(luminance(lamp.power))) lamps_.push_back(lamp);
     }
     bool emits = false;
-    for (const Material& material : scene.materials) emits = emits || (luminance(material.emissive) > 0 && !material.unlit);
+    for (const Material& material : scene.materials)
+      emits = emits || (luminance(material.emissive) > 0 && !material.unlit);
     for (const GridTriangle& triangle : surfaces.grid().triangles) {
       if (!emits) break;
       const glm::dvec3 p0 = surfaces.vertex(triangle.id, 0), e1 = surfaces.vertex(triangle.id, 1) - p0,

@@ -46,8 +46,8 @@ struct RenderResult {
   WorkTotals camera, shadow, occlusion;  ///< rays and work by kind; rays that miss the scene box count as rays
   double quantise_s = 0, trace_s = 0, shade_s = 0, total_s = 0;
   std::uint64_t cut_rays = 0;  ///< that passed as many transparent surfaces as are followed; the last counted as opaque
-  std::string lights;     ///< what lit the picture
-  double exposure = 1.0;  ///< factor that makes `color` well exposed
+  std::string lights;          ///< what lit the picture
+  double exposure = 1.0;       ///< factor that makes `color` well exposed
 };
 
 /// Throws Error for sizes out of range and what an engine throws.

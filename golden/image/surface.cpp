@@ -162,8 +162,7 @@ SurfacePoint Surfaces::at(const Hit& hit, const glm::dvec3& direction) const {
   point.base = material.base_color;
   point.texcoord = texcoord_of(shape, material.base_texcoord, corners, b);
   if (material.base_texture < scene_.textures.size()) {
-    point.base *=
-        sample_texture(scene_.textures[material.base_texture], material.base_transform.apply(point.texcoord));
+    point.base *= sample_texture(scene_.textures[material.base_texture], material.base_transform.apply(point.texcoord));
   }
   if (!shape.colors.empty()) point.base *= blend(shape.colors, corners, b);
   if (material.alpha == Material::Alpha::kOpaque) {
@@ -175,9 +174,9 @@ SurfacePoint Surfaces::at(const Hit& hit, const glm::dvec3& direction) const {
   const bool back = turned != (mirrors_[source.node] != 0);
   point.emissive = back && !material.double_sided ? glm::vec3(0.0f) : material.emissive;
   if (material.emissive_texture < scene_.textures.size()) {
-    point.emissive *= glm::vec3(sample_texture(scene_.textures[material.emissive_texture],
-                                               material.emissive_transform.apply(
-                                                   texcoord_of(shape, material.emissive_texcoord, corners, b))));
+    point.emissive *= glm::vec3(
+        sample_texture(scene_.textures[material.emissive_texture],
+                       material.emissive_transform.apply(texcoord_of(shape, material.emissive_texcoord, corners, b))));
   }
   point.metallic = material.metallic;
   point.roughness = material.roughness;

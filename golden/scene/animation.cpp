@@ -367,9 +367,7 @@ class Reader {
     const std::size_t in_file = node.source == kNone ? n : node.source;
     const json &o = entry("nodes", in_file), &mesh = entry("meshes", node.mesh);
     const std::string where = "node " + number(in_file) + quote_name(node.name);
-    const json* weights = o.contains("weights")      ? &o["weights"]
-                          : mesh.contains("weights") ? &mesh["weights"]
-                                                     : nullptr;
+    const json* weights = o.contains("weights") ? &o["weights"] : mesh.contains("weights") ? &mesh["weights"] : nullptr;
     const bool moved =
         weights && std::any_of(weights->begin(), weights->end(), [](const json& w) { return w.get<double>() != 0.0; });
     if (at_rest && !moved && !o.contains("skin")) return;

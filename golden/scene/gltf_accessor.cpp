@@ -140,7 +140,8 @@ Accessor Accessors::open(std::size_t index, const std::string& user, bool bounde
     if (out.stride < out.element_size)
       throw Error(out.where + ": 'byteStride' of bufferView " + a["bufferView"].dump() + " is " + number(out.stride) +
                   ", less than an element of " + number(out.element_size) + " bytes");
-    out.data = range(content, a.value("byteOffset", std::size_t{0}), out.count, out.stride, out.element_size, out.where);
+    out.data =
+        range(content, a.value("byteOffset", std::size_t{0}), out.count, out.stride, out.element_size, out.where);
   } else if (!bounded) {
     zeros_ += out.count;
     if (zeros_ > kMaxZeros) throw Error(out.where + ": too many elements without a bufferView");

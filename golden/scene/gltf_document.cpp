@@ -32,9 +32,9 @@ constexpr std::array kSupported = {"KHR_lights_punctual",
                                    "EXT_mesh_gpu_instancing"};
 
 /// Of extensions that change no shape: a file that requires one can be shown without it.
-constexpr std::array kShadingPrefixes = {"KHR_materials_",   "KHR_texture_",      "KHR_xmp",
-                                         "EXT_texture_",     "EXT_materials_",    "EXT_lights_",
-                                         "MSFT_texture_",    "ADOBE_materials_",  "MSFT_packing_"};
+constexpr std::array kShadingPrefixes = {"KHR_materials_",   "KHR_texture_",   "KHR_xmp",     "KHR_technique",
+                                         "EXT_texture_",     "EXT_materials_", "EXT_lights_", "MSFT_texture_",
+                                         "ADOBE_materials_", "MSFT_packing_"};
 
 bool is_shading_extension(const std::string& name) {
   return std::any_of(kShadingPrefixes.begin(), kShadingPrefixes.end(),
@@ -135,21 +135,6 @@ void check_extensions(const json& o, const std::string& where) {
 
 constexpr double kFloatMax = std::numeric_limits<float>::max(), kDoubleMax = std::numeric_limits<double>::max();
 
-void check_texture_info(const json& o, const char* key, const std::string& where) {
-  if (const json* info = check_object(o, key, where)) {
-    const std::string place = where + " " + key;
-    check_index(*info, "index", place, kRequired);
-    check_index(*info, "texCoord", place);
-    check_extensions(*info, place);
-    if (const json* transform = extension(*info, "KHR_texture_transform")) {
-      check_numbers(*transform, "offset", 2, place, kFloatMax);
-      check_numbers(*transform, "scale", 2, place, kFloatMax);
-      check_number(*transform, "rotation", place, -kFloatMax, kFloatMax);
-      check_index(*transform, "texCoord", place);
-    }
-  }
-}
-
 void check_buffer(const json& o, const std::string& where) {
   check_unsigned(o, "byteLength", where, kRequired);
   check_string(o, "uri", where);
@@ -228,19 +213,15 @@ void check_material(const json& o, const std::string& where) {
   check_string(o, "alphaMode", where);
   check_number(o, "alphaCutoff", where, -kFloatMax, kFloatMax);
   check_boolean(o, "doubleSided", where);
-  for (const char* key : {"normalTexture", "occlusionTexture", "emissiveTexture"}) check_texture_info(o, key, where);
   if (const json* pbr = check_object(o, "pbrMetallicRoughness", where)) {
     check_extensions(*pbr, where);
     check_numbers(*pbr, "baseColorFactor", 4, where, kFloatMax);
     check_number(*pbr, "metallicFactor", where, -kFloatMax, kFloatMax);
     check_number(*pbr, "roughnessFactor", where, -kFloatMax, kFloatMax);
-    check_texture_info(*pbr, "baseColorTexture", where);
-    check_texture_info(*pbr, "metallicRoughnessTexture", where);
   }
   if (const json* gloss = extension(o, "KHR_materials_pbrSpecularGlossiness")) {
     check_numbers(*gloss, "diffuseFactor", 4, where, kFloatMax);
     check_number(*gloss, "glossinessFactor", where, -kFloatMax, kFloatMax);
-    check_texture_info(*gloss, "diffuseTexture", where);
   }
   if (const json* emissive = extension(o, "KHR_materials_emissive_strength"))
     check_number(*emissive, "emissiveStrength", where, -kFloatMax, kFloatMax);
@@ -346,7 +327,12 @@ std::string percent_decode(std::string_view text) {
 bool is_utf8(std::string_view text) {
   for (std::size_t i = 0; i < text.size();) {
     const auto lead = static_cast<std::uint8_t>(text[i]);
-    const std::size_t length = lead < 0x80 ? 1 : lead < 0xc2 ? 0 : lead < 0xe0 ? 2 : lead < 0xf0 ? 3 : lead < 0xf5 ? 4 : 0;
+    const std::size_t length = lead < 0x80   ? 1
+                               : lead < 0xc2 ? 0
+                               : lead < 0xe0 ? 2
+                               : lead < 0xf0 ? 3
+                               : lead < 0xf5 ? 4
+                                             : 0;
     if (length == 0 || length > text.size() - i) return false;
     const auto second = length > 1 ? static_cast<std::uint8_t>(text[i + 1]) : std::uint8_t{0x80};
     // Overlong forms, surrogates and what lies beyond U+10FFFF.
@@ -366,6 +352,21 @@ std::uint32_t little_u32(std::span<const std::uint8_t> bytes, std::size_t at) {
 }
 
 }  // namespace
+
+void check_texture_info(const json& o, const char* key, const std::string& where) {
+  if (const json* info = check_object(o, key, where)) {
+    const std::string place = where + " " + key;
+    check_index(*info, "index", place, kRequired);
+    check_index(*info, "texCoord", place);
+    check_extensions(*info, place);
+    if (const json* transform = extension(*info, "KHR_texture_transform")) {
+      check_numbers(*transform, "offset", 2, place, kFloatMax);
+      check_numbers(*transform, "scale", 2, place, kFloatMax);
+      check_number(*transform, "rotation", place, -kFloatMax, kFloatMax);
+      check_index(*transform, "texCoord", place);
+    }
+  }
+}
 
 const json* extension(const json& o, const char* name) {
   const auto extensions = o.find("extensions");
@@ -613,8 +614,8 @@ void Document::check() {
 Bytes Document::resolve(const std::string& uri) {
   const auto same = [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; };
   const auto ends_with = [&](std::string_view text, std::string_view end) {
-    return text.size() >= end.size() && std::equal(end.begin(), end.end(), text.end() - end.size(),
-                                                   [&](char e, char t) { return same(t, e); });
+    return text.size() >= end.size() &&
+           std::equal(end.begin(), end.end(), text.end() - end.size(), [&](char e, char t) { return same(t, e); });
   };
   if (!ends_with(std::string_view(uri).substr(0, 5), "data:")) return resolve_file(uri);
   const std::size_t comma = uri.find(',');

@@ -29,6 +29,10 @@ std::string quote_name(const std::string& name);
 /// An extension of an object, null if it has none of that name.
 const nlohmann::json* extension(const nlohmann::json& o, const char* name);
 
+/// Throws Error if a texture info of an object has a property of the wrong type. Documents leave that to the user, who
+/// can do without a texture.
+void check_texture_info(const nlohmann::json& o, const char* key, const std::string& where);
+
 /// Whole regular file. Throws Error (without a location) if it cannot be read or is 4 GiB or more.
 Bytes read_file(const std::filesystem::path& path);
 

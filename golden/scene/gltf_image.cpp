@@ -137,7 +137,8 @@ Texture decode_image(std::span<const std::uint8_t> bytes, std::uint64_t max_texe
     read = input->read_image(0, 0, 0, channels, OIIO::TypeDesc::UINT8, raw.data());
     if (read)
       fill(
-          raw, [&](std::uint8_t x) { return colour[x]; }, [](std::uint8_t x) { return static_cast<float>(x) / 255.0f; });
+          raw, [&](std::uint8_t x) { return colour[x]; },
+          [](std::uint8_t x) { return static_cast<float>(x) / 255.0f; });
   } else {
     std::vector<float> raw(count * stride);
     read = input->read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, raw.data());
@@ -152,15 +153,16 @@ Texture decode_image(std::span<const std::uint8_t> bytes, std::uint64_t max_texe
 void halve(Texture& texture) {
   const int width = std::max(texture.width / 2, 1), height = std::max(texture.height / 2, 1);
   const auto texel = [&](int x, int y) {
-    return texture.texels[static_cast<std::size_t>(std::min(y, texture.height - 1)) *
-                              static_cast<std::size_t>(texture.width) +
-                          static_cast<std::size_t>(std::min(x, texture.width - 1))];
+    return texture
+        .texels[static_cast<std::size_t>(std::min(y, texture.height - 1)) * static_cast<std::size_t>(texture.width) +
+                static_cast<std::size_t>(std::min(x, texture.width - 1))];
   };
   std::vector<glm::vec4> texels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
       texels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] =
-          0.25f * (texel(2 * x, 2 * y) + texel(2 * x + 1, 2 * y) + texel(2 * x, 2 * y + 1) + texel(2 * x + 1, 2 * y + 1));
+          0.25f *
+          (texel(2 * x, 2 * y) + texel(2 * x + 1, 2 * y) + texel(2 * x, 2 * y + 1) + texel(2 * x + 1, 2 * y + 1));
   texture.width = width;
   texture.height = height;
   texture.texels = std::move(texels);

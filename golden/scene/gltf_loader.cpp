@@ -220,9 +220,8 @@ class Loader {
     }
     out.triangles.resize(n - 2);
     for (std::size_t i = 0; i + 2 < n; ++i)
-      out.triangles[i] = mode == kTriangleStrip
-                             ? glm::uvec3(corners[i], corners[i + 1 + i % 2], corners[i + 2 - i % 2])
-                             : glm::uvec3(corners[i + 1], corners[i + 2], corners[0]);
+      out.triangles[i] = mode == kTriangleStrip ? glm::uvec3(corners[i], corners[i + 1 + i % 2], corners[i + 2 - i % 2])
+                                                : glm::uvec3(corners[i + 1], corners[i + 2], corners[0]);
   }
 
   /// Renumbers the vertices in the order of their old numbers; returns the old numbers.
@@ -305,6 +304,7 @@ class Loader {
     const auto it = o.find(key);
     if (it == o.end()) return;
     try {
+      gltf::check_texture_info(o, key, where);
       std::uint32_t texture = index_of(*it, "index"), set = it->value("texCoord", 0u);
       if (texture >= document_.size("textures")) throw Error(where + ": there is no texture " + number(texture));
       if (const json* t = extension(*it, "KHR_texture_transform")) {
@@ -313,8 +313,7 @@ class Loader {
         slot_transform.rotation = float_of(*t, "rotation", 0.0);
         set = t->value("texCoord", set);
       }
-      if (set > 1)
-        throw Error(where + ": texture coordinates " + number(set) + " are not supported (0 and 1 are)");
+      if (set > 1) throw Error(where + ": texture coordinates " + number(set) + " are not supported (0 and 1 are)");
       slot = load_texture(texture, content);
       slot_set = static_cast<int>(set);
     } catch (const Error& e) {
@@ -418,7 +417,8 @@ class Loader {
           camera.yfov = p["yfov"].get<double>();
           camera.aspect = p.value("aspectRatio", 0.0);
           if (p.contains("aspectRatio") && !(camera.aspect > 1e-6 && camera.aspect < 1e6)) {
-            note(where + ": 'aspectRatio' is out of range: " + p["aspectRatio"].dump() + "; that of the image is taken");
+            note(where + ": 'aspectRatio' is out of range: " + p["aspectRatio"].dump() +
+                 "; that of the image is taken");
             camera.aspect = 0.0;
           }
         } else {
@@ -705,8 +705,8 @@ Scene load_gltf(const std::filesystem::path& path, const GltfOptions& options, s
   } catch (const Error& e) {
     throw Error(path.string() + ": " + e.what());
   }
-  Scene scene =
-      load(bytes, path.has_parent_path() ? path.parent_path() : std::filesystem::path("."), options, path.string(), notes);
+  Scene scene = load(bytes, path.has_parent_path() ? path.parent_path() : std::filesystem::path("."), options,
+                     path.string(), notes);
   scene.name = path.filename().string();
   return scene;
 }

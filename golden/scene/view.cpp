@@ -130,7 +130,9 @@ ViewCamera default_view(const Scene& scene, const WorldTriangles& triangles, con
     const Camera& source = scene.cameras[node.camera];
     if (!source.fault.empty()) throw Error(scene.name + ": " + source.fault);
     ViewCamera view;
-    view.name = !node.name.empty() ? node.name : !source.name.empty() ? source.name : "camera " + std::to_string(number);
+    view.name = !node.name.empty()     ? node.name
+                : !source.name.empty() ? source.name
+                                       : "camera " + std::to_string(number);
     view.world = orthonormal(scene.world_transforms()[found[number]], scene.name + ": camera '" + view.name + "'");
     view.perspective = source.perspective;
     view.yfov = source.yfov;

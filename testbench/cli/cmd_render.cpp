@@ -49,8 +49,9 @@ double parse_exposure(const std::string& text, double automatic) {
 
 void note_cut_rays(std::uint64_t rays, const Common& common) {
   if (rays > 0)
-    note(common, with_commas(rays) + " rays have passed more transparent surfaces than are followed; the last one "
-                                     "counts as opaque");
+    note(common, with_commas(rays) +
+                     " rays have passed more transparent surfaces than are followed; the last one "
+                     "counts as opaque");
 }
 
 void write_aovs(const RenderArguments& a, const std::filesystem::path& output, const RenderResult& result,

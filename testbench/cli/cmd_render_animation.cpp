@@ -231,8 +231,7 @@ void run_animation(RenderArguments& a, const Common& common) {
   };
 
   // In doubles: a key may lie at any time.
-  const double needed =
-      a.frames > 0 ? a.frames : std::max(1.0, std::ceil((scene.duration() - a.start) * a.fps - 1e-6));
+  const double needed = a.frames > 0 ? a.frames : std::max(1.0, std::ceil((scene.duration() - a.start) * a.fps - 1e-6));
   if (!(needed <= 100000)) {
     char text[32];
     std::snprintf(text, sizeof text, "%.0f", needed);

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <filesystem>
 
-#include "golden/scene/animation.hpp"
 #include "golden/accel/catalogue.hpp"
 #include "golden/accel/probe.hpp"
 #include "golden/clock.hpp"
 #include "golden/image/lighting.hpp"
 #include "golden/image/renderer.hpp"
 #include "golden/image/sampling.hpp"
+#include "golden/scene/animation.hpp"
 #include "golden/scene/view.hpp"
 #include "lab_scene.hpp"
 #include "scenes/open_scene.hpp"

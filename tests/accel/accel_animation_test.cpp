@@ -7,8 +7,8 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "golden/scene/animation.hpp"
 #include "golden/accel/two_level.hpp"
+#include "golden/scene/animation.hpp"
 #include "golden/scene/gltf_loader.hpp"
 #include "scenes/animated_scenes.hpp"
 #include "testbench/csim/random.hpp"
@@ -368,7 +368,7 @@ TEST_F(BadAnimation, SingularInstanceMatrix) {
                       }),
                "'ball 2': the instance's matrix is singular", "flat ball");
   // The transform of a skinned node does not count, not even a singular one.
-  AnimatedScene plain = open(good), flat = open(edited(good, [&](json& r) {
+  AnimatedScene plain = open(good), flat = open(edited(good, [&](json&r) {
                                       at(r, "worm")["scale"] = {0, 0, 0};
                                       at(r, "worm")["translation"] = {9, 9, 9};
                                     }));

@@ -286,7 +286,8 @@ TEST(Renderer, WhatIsLeftOutDoesNotDecideTheFraming) {
   squares.scene.roots = {1};  // without the camera
   const ViewCamera expected = Studio(squares.scene).camera;
   const std::array<std::array<glm::vec3, 3>, 2> flat{
-      {{glm::vec3(100), glm::vec3(100), glm::vec3(100)}, {glm::vec3(50, 0, 0), glm::vec3(75, 0, 0), glm::vec3(100, 0, 0)}}};
+      {{glm::vec3(100), glm::vec3(100), glm::vec3(100)},
+       {glm::vec3(50, 0, 0), glm::vec3(75, 0, 0), glm::vec3(100, 0, 0)}}};
   for (const auto& corners : flat) {
     Scene scene = squares.scene;
     Primitive p;

@@ -538,9 +538,13 @@ const Case kNoted[] = {
        b.add("materials", {{"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1}}}}});
      },
      {"material 0: 'baseColorFactor' must be 4 numbers", "; it is not used"}},
-    {"bounds that are null", [](GltfBuilder& b) { positions(b)["min"] = {nullptr, nullptr, nullptr}; },
+    {"bounds that are null",
+     [](GltfBuilder& b) {
+       positions(b)["min"] = {nullptr, nullptr, nullptr};
+     },
      {"accessor 0: 'min' must be numbers", "bounds are not used"}},
-    {"bounds that are none", [](GltfBuilder& b) { positions(b)["max"] = "none"; },
+    {"bounds that are none",
+     [](GltfBuilder& b) { positions(b)["max"] = "none"; },
      {"accessor 0: 'max' must be numbers, is \"none\"; bounds are not used"}},
     {"camera without shape",
      [](GltfBuilder& b) {
@@ -571,25 +575,32 @@ const Case kNoted[] = {
     {"INT accessor that nobody uses",
      [](GltfBuilder& b) { b.accessor(0, 5124, 3, "VEC3"); },
      {"accessor 2: 'componentType' 5124 does not exist; it is not used"}},
-    {"stride 2 on indices", [](GltfBuilder& b) { b.root["bufferViews"][1]["byteStride"] = 2; },
+    {"stride 2 on indices",
+     [](GltfBuilder& b) { b.root["bufferViews"][1]["byteStride"] = 2; },
      {"bufferView 1: 'byteStride' should be a multiple of 4 up to 252, is 2; it is taken as it stands"}},
     {"mesh that nobody shows",
      [](GltfBuilder& b) {
        b.mesh({{"POSITION", 99}});
      },
      {"mesh 1 primitive 0: POSITION accessor 99: there is no such accessor; it is not used"}},
-    {"node that nobody shows", [](GltfBuilder& b) { b.add("nodes", {{"mesh", 7}}); },
+    {"node that nobody shows",
+     [](GltfBuilder& b) {
+       b.add("nodes", {{"mesh", 7}});
+     },
      {"node 1: there is no mesh 7; it is not used"}},
-    {"name is a number", [](GltfBuilder& b) { b.root["nodes"][0]["name"] = 5; },
+    {"name is a number",
+     [](GltfBuilder& b) { b.root["nodes"][0]["name"] = 5; },
      {"node 0: 'name' must be a string, is 5; it is left out"}},
-    {"cameras is an object", [](GltfBuilder& b) { b.root["cameras"] = json::object({{"0", 1}}); },
+    {"cameras is an object",
+     [](GltfBuilder& b) {
+       b.root["cameras"] = json::object({{"0", 1}});
+     },
      {"glTF: 'cameras' must be an array", "; it is not used"}},
-    {"animations is a string", [](GltfBuilder& b) { b.root["animations"] = "walk"; },
+    {"animations is a string",
+     [](GltfBuilder& b) { b.root["animations"] = "walk"; },
      {"glTF: 'animations' must be an array, is \"walk\"; it is not used"}},
     {"extension for shading only",
-     [](GltfBuilder& b) {
-       b.root["extensionsRequired"] = b.root["extensionsUsed"] = {"KHR_materials_clearcoat"};
-     },
+     [](GltfBuilder& b) { b.root["extensionsRequired"] = b.root["extensionsUsed"] = {"KHR_materials_clearcoat"}; },
      {"extension 'KHR_materials_clearcoat' is not supported and left out"}},
     {"light emits less than nothing",
      [](GltfBuilder& b) {
@@ -606,6 +617,11 @@ const Case kNoted[] = {
        add_texture(b, {{"uri", "nothere.png"}});
      },
      {"image 0: external file 'nothere.png' cannot be opened", "; the texture is left out"}},
+    {"texture -1",
+     [](GltfBuilder& b) {
+       b.primitive()["material"] = b.add("materials", {{"emissiveTexture", {{"index", -1}}}, {"occlusionTexture", 7}});
+     },
+     {"material 0 emissive emissiveTexture: 'index' must be an index, is -1; the texture is left out"}},
     {"third texture coordinates",
      [](GltfBuilder& b) {
        add_texture(b, {{"uri", "x"}});
@@ -620,7 +636,8 @@ const Case kNoted[] = {
     {"instances without attributes",
      [](GltfBuilder& b) { b.root["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"] = json::object(); },
      {"node 0 EXT_mesh_gpu_instancing: has no attributes; the mesh is shown once"}},
-    {"skin that does not exist", [](GltfBuilder& b) { b.root["nodes"][0]["skin"] = 3; },
+    {"skin that does not exist",
+     [](GltfBuilder& b) { b.root["nodes"][0]["skin"] = 3; },
      {"node 0: there is no skin 3; the mesh stays as it is stored"}},
     {"skin without joints",
      [](GltfBuilder& b) {
@@ -677,7 +694,8 @@ TEST(GltfHostile, ExtrasCostNothingHoweverDeep) {
     c.root["nodes"][0]["extras"] = "here";
     const Bytes bytes = c.gltf();
     std::string json_text(bytes.begin(), bytes.end());
-    json_text.replace(json_text.find("\"here\""), 6, std::string(depth, '[') + "{\"extras\":1}" + std::string(depth, ']'));
+    json_text.replace(json_text.find("\"here\""), 6,
+                      std::string(depth, '[') + "{\"extras\":1}" + std::string(depth, ']'));
     std::vector<std::string> notes;
     EXPECT_EQ(load_gltf_memory(Bytes(json_text.begin(), json_text.end()), {}, &notes).meshes.size(), 1u);
     EXPECT_TRUE(notes.empty());
@@ -796,8 +814,8 @@ TEST(GltfHostile, FilesOutsideTheFolderAreNotOpened) {
   for (const char* uri : {"../up.bin", "%2e%2e/up.bin", "x/../../up.bin", "..%2Fup.bin", "../../far.bin",
                           "../scene/in/s.bin", "in\\s.bin", "in/%73.bin", "a%41.bin", "a%2541.bin", "..\\up.bin"})
     EXPECT_EQ(message(uri), "") << uri;
-  for (const char* uri : {"../../../secret.bin", "%2e%2e/..%2f../secret.bin", "in/../../../../secret.bin",
-                          "..\\..\\..\\secret.bin"})
+  for (const char* uri :
+       {"../../../secret.bin", "%2e%2e/..%2f../secret.bin", "in/../../../../secret.bin", "..\\..\\..\\secret.bin"})
     expect_message(message(uri), {"a.gltf", "buffer 0", "lies more than 2 folders above that of the glTF file"});
   expect_message(message((folder / "secret.bin").string()), {"a.gltf", "buffer 0", "absolute paths are not opened"});
   expect_message(message("%2Fetc/passwd"), {"absolute paths are not opened"});

@@ -571,7 +571,8 @@ TEST(GltfLoader, InstancesAreFlattened) {
   GltfBuilder b = GltfBuilder::triangle();
   const int move = b.floats({0, 0, 0, 5, 0, 0, 0, 0, 7}, "VEC3");
   // Quarter turns about z, as normalised bytes of no particular length.
-  const int turn = b.values(std::vector<std::int8_t>{0, 0, 0, 127, 0, 0, 90, 90, 0, 0, 0, 127}, GltfBuilder::kByte, "VEC4");
+  const int turn =
+      b.values(std::vector<std::int8_t>{0, 0, 0, 127, 0, 0, 90, 90, 0, 0, 0, 127}, GltfBuilder::kByte, "VEC4");
   b.root["accessors"][turn]["normalized"] = true;
   const int size = b.floats({1, 1, 1, 2, 2, 2, 1, 1, 1}, "VEC3");
   b.root["nodes"][0]["translation"] = {0, 10, 0};
