@@ -47,6 +47,13 @@ double parse_exposure(const std::string& text, double automatic) {
   return std::exp2(stops);
 }
 
+void note_cut_rays(std::uint64_t rays, const Common& common) {
+  if (rays > 0)
+    note(common, with_commas(rays) +
+                     " rays have passed more transparent surfaces than are followed; the last one "
+                     "counts as opaque");
+}
+
 std::vector<std::filesystem::path> aov_paths(const RenderArguments& a, const std::filesystem::path& output) {
   std::vector<std::filesystem::path> paths;
   for (const std::string& name : a.aovs) {
@@ -120,6 +127,7 @@ void run_render(RenderArguments& a, const Common& common) {
   options.progress = [&](double fraction) { progress.update(fraction); };
   const RenderResult result = render(surfaces, camera, loaded.grid.box, *engine, options);
   progress.finish();
+  note_cut_rays(result.cut_rays, common);
 
   const double write_start = now();
   const double exposure = parse_exposure(a.exposure, result.exposure);

@@ -28,6 +28,8 @@ struct RenderArguments {
 nlohmann::ordered_json work_json(const WorkTotals& work);
 /// The factor that --exposure means; `automatic` for auto. Throws UsageError.
 double parse_exposure(const std::string& text, double automatic);
+/// A note about RenderResult::cut_rays, if there are any.
+void note_cut_rays(std::uint64_t rays, const Common& common);
 /// Where the AOVs of a picture that goes to `output` go: each as data and as something to look at, in this order.
 std::vector<std::filesystem::path> aov_paths(const RenderArguments& a, const std::filesystem::path& output);
 /// Writes the AOVs to the outputs of these paths.

@@ -175,14 +175,9 @@ void run_animation(RenderArguments& a, const Common& common) {
   const bool linear = is_linear_format(output);
   RenderOptions& options = a.options;
 
-  std::vector<std::string> warnings;
-  Scene loaded = load_gltf(a.scene, {}, &warnings);
-  for (const std::string& warning : warnings) {
-    // What the loader of a standing scene leaves out moves here.
-    if (warning.find("morph targets are not supported") == std::string::npos &&
-        warning.find("skins are not supported") == std::string::npos)
-      note(common, warning);
-  }
+  std::vector<std::string> notes;
+  Scene loaded = load_gltf(a.scene, {}, &notes);
+  for (const std::string& text : notes) note(common, text);
   Animation animation = load_animation(a.scene, loaded, a.clip);
   if (animation.tracks.empty()) throw Error(a.scene + ": holds no animation");
   const std::string name = fs::path(a.scene).stem().string();
@@ -196,10 +191,15 @@ void run_animation(RenderArguments& a, const Common& common) {
     }
   };
 
-  const int frames =
-      a.frames > 0 ? a.frames : std::max(1, static_cast<int>(std::ceil((scene.duration() - a.start) * a.fps - 1e-6)));
-  if (frames > 100000)
-    throw Error("the animation has " + std::to_string(frames) + " frames; --frames or --fps take fewer");
+  // In doubles: a key may lie at any time.
+  const double needed = a.frames > 0 ? a.frames : std::max(1.0, std::ceil((scene.duration() - a.start) * a.fps - 1e-6));
+  if (!(needed <= 100000)) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.0f", needed);
+    throw Error("the animation has " + std::string(needed < 1e15 ? text : "more than 10^15") +
+                " frames; --frames or --fps take fewer");
+  }
+  const int frames = static_cast<int>(needed);
   const FrameNames names(output, frames);
   OutputFiles files;
   files.reads(a.scene);
@@ -248,6 +248,7 @@ void run_animation(RenderArguments& a, const Common& common) {
   std::optional<double> exposure;
   std::uint64_t different = 0;
   std::uint32_t degenerate = 0;
+  std::uint64_t cut_rays = 0;
   for (int i = 0; i < frames; ++i) {
     FrameCost cost;
     cost.time = a.start + i / a.fps;
@@ -288,6 +289,7 @@ void run_animation(RenderArguments& a, const Common& common) {
     options.progress = [&](double fraction) { progress.update((i + fraction) / frames); };
     const RenderResult result = render(surfaces, camera, grid.box, *engine, options);
     cost.render_s = result.total_s;
+    cut_rays = std::max(cut_rays, result.cut_rays);
     cost.camera = result.camera;
     if (beside && a.full_rebuild == "every") {
       const auto again = accel::make_flat_engine(*flat, grid);
@@ -318,6 +320,7 @@ void run_animation(RenderArguments& a, const Common& common) {
     costs.push_back(std::move(cost));
   }
   progress.finish();
+  note_cut_rays(cut_rays, common);
 
   double update_s = 0.0, rebuild_s = 0.0;
   int rebuilt = 0;

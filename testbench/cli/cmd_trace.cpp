@@ -80,7 +80,8 @@ void run_trace(const TraceArguments& a, const Common& common) {
       const glm::dvec3 b = surfaces.file_barycentrics(hit);
       const TriangleSource& source = loaded.world.sources[hit.id];
       result.t = rays[i].t_base + rays[i].t_scale * hit.t;
-      result.mesh = static_cast<std::int32_t>(source.mesh);
+      const std::uint32_t posed_from = loaded.scene.meshes[source.mesh].source;
+      result.mesh = static_cast<std::int32_t>(posed_from != kNone ? posed_from : source.mesh);
       result.primitive = static_cast<std::int32_t>(source.primitive);
       result.triangle = static_cast<std::int32_t>(source.triangle);
       result.node = static_cast<std::int32_t>(source.node);

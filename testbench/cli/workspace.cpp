@@ -55,11 +55,12 @@ LoadedScene load_scene(const std::string& scene, const Common& common, bool text
           " is a packed image: it holds no vertices, materials or cameras; name the glTF file it was made from");
     }
     loaded.name = path.stem().string();
-    std::vector<std::string> warnings;
+    std::vector<std::string> notes;
     GltfOptions options;
     options.textures = textures;
-    loaded.scene = load_gltf(path, options, &warnings);
-    for (const std::string& warning : warnings) note(common, warning);
+    options.posed = true;
+    loaded.scene = load_gltf(path, options, &notes);
+    for (const std::string& text : notes) note(common, text);
   }
   loaded.world = flatten(loaded.scene);
   loaded.grid = snap(loaded.world);
