@@ -15,7 +15,7 @@
 // Progress    A line that was filled is kept by its MSHR until it has been hit once (fresh), so that those who asked for it get it before the
 //             next one takes its way; of the hits of one clock one is seen, so that a line may be kept longer. Where no other is free, a miss
 //             takes an MSHR that only keeps a line, but in the last sixteenth of every 2^LeaseBits clocks: in that time whoever is woken gets its
-//             line. As a waiter may have gone (an any-hit ray that is done), freshness ends then.
+//             line. As a waiter may have gone (an any-hit ray that is done), freshness ends after one to two sixteenths: no set is closed longer.
 // Fill        Beats may come in any order between miss registers; they go into the data RAMs as they come. A line with an error becomes invalid.
 // Flush       flush_i starts it, flushing_o is high until all tags are invalid (Sets clocks). No lookups before the first flush and during one.
 // Structure   Ports x Ways x (WordBits / DataBits) RAMs with the same contents for each port; a word is what one lookup reads. Tags with their
@@ -106,6 +106,7 @@ module rt_cache #(
   mshrs_t                active_q;           // its line is being fetched
   mshrs_t                fresh_q;            // its line was filled and no hit on it was seen since
   mshrs_t                recent_q, aging_q;  // its line was filled in this span of 2^RecentBits clocks, in the one before
+  mshrs_t                stale_q;            // fresh since the sixteenth before
   mshrs_t                error_q, way_q;
   key_t                  mshr_key_q[Mshrs];
   logic [BeatBits-1:0]   beat_q[Mshrs];
@@ -380,8 +381,11 @@ module rt_cache #(
       recent_q <= '0;
     end
 
-    if (lease_q == '0) fresh_q <= '0;
-    else fresh_q <= fresh_q & ~seen;
+    fresh_q <= fresh_q & ~seen;
+    if (lease_q[LeaseBits-5:0] == '0) begin
+      fresh_q <= fresh_q & ~seen & ~stale_q;
+      stale_q <= fresh_q;
+    end
     if (allocate) begin
       active_q[free_q]   <= 1'b1;
       fresh_q[free_q]    <= 1'b0;
@@ -409,6 +413,7 @@ module rt_cache #(
       active_q[done_mshr_q] <= 1'b0;
       fresh_q[done_mshr_q]  <= !done_error_q;
       recent_q[done_mshr_q] <= 1'b1;
+      stale_q[done_mshr_q]  <= 1'b0;
     end
 
     if (!rst_ni) begin

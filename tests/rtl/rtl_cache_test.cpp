@@ -52,7 +52,7 @@ struct Load {
   unsigned gone_percent;  // waiters that are woken and do not look again, as an any-hit ray that is done
   unsigned
       answer_clocks;  // 0: the memory answers in any order, when it likes. Otherwise in order, the first beat so long after its request, and
-      // waiters never rest
+  // waiters never rest
   bool exact() const { return answer_clocks != 0; }
 };
 
@@ -365,6 +365,41 @@ TEST_P(RtlCacheClocks, AHitForEveryLine) {
   }
 }
 
+using RtlCacheLease = RtlCache;
+
+// Whoever asked for the lines of a set is gone when they come; who wants another line of the set waits for no longer than the lease of those.
+TEST_P(RtlCacheLease, LinesNobodyComesForCloseASetForTwoSixteenthsOfTheLease) {
+  ASSERT_NO_FATAL_FAILURE(flush());
+  const auto ask = [&](Side& side, int who, unsigned line) {
+    side.waiters[0][static_cast<std::size_t>(who)] = {Waiter::kReady, side.key_of(line), 0, bench.clock()};
+    side.ready[0].push_back(who);
+  };
+  const auto until_idle = [&] {
+    constexpr int kPatience = 10000;
+    int clock = 0;
+    for (; clock < kPatience && !idle(); ++clock) ASSERT_NO_FATAL_FAILURE(step());
+    ASSERT_LT(clock, kPatience);
+  };
+  for (auto& side : sides) {
+    side.draining = true;
+    side.load.gone_percent = 100;
+    for (int way = 0; way < side.is.ways; ++way) ask(side, way, static_cast<unsigned>(way));
+  }
+  ASSERT_NO_FATAL_FAILURE(until_idle());
+  for (auto& side : sides) {
+    EXPECT_EQ(side.gone, static_cast<std::uint64_t>(side.is.ways)) << name(side);
+    side.load.gone_percent = 0;
+    side.longest = 0;
+    ask(side, side.is.ways, static_cast<unsigned>(side.is.ways));
+  }
+  ASSERT_NO_FATAL_FAILURE(until_idle());
+  for (const auto& side : sides) {
+    const auto line = GetParam().answer_clocks + static_cast<std::uint64_t>(side.is.beats()) + kTurn;
+    EXPECT_EQ(side.hits, 1u) << name(side);
+    EXPECT_LE(side.longest, 2 * (std::uint64_t{1} << (side.is.lease_bits - 4)) + line) << name(side);
+  }
+}
+
 void PrintTo(const Load& load, std::ostream* out) { *out << load.name; }
 std::string name_of(const testing::TestParamInfo<Load>& info) { return info.param.name; }
 
@@ -380,6 +415,8 @@ INSTANTIATE_TEST_SUITE_P(Loads, RtlCacheClocks,
                                          Load{"one_set_200", 8, true, 0, 100, 100, 0, 200},
                                          Load{"all_sets_20", 64, false, 0, 100, 100, 0, 20},
                                          Load{"all_sets_100", 64, false, 0, 100, 100, 0, 100}),
+                         name_of);
+INSTANTIATE_TEST_SUITE_P(Loads, RtlCacheLease, testing::Values(Load{"one_set_20", 8, true, 0, 100, 100, 0, 20}),
                          name_of);
 
 }  // namespace
