@@ -195,9 +195,9 @@ TEST(KdBuilder, TheBudgetHoldsAndWorkGrowsAsNLogN) {
         ASSERT_LE(steps, most) << count;
         const double scaled = steps / (n * std::log2(n));
         if (std::getenv("RETRACE_VERBOSE"))
-          std::printf("%-36s %d %6.0f  spent %5.2f  depth %2u  steps %.1f N log2 N%s\n", s.name.c_str(),
-                      static_cast<int>(split), n, spent(image, scene.triangles.size()), header.max_depth, scaled,
-                      work.limited ? "  limited" : "");
+          std::printf("%-36s %d %6.0f  spent %5.2f  depth %2u  bytes %6.1f N  steps %5.1f N log2 N%s\n", s.name.c_str(),
+                      static_cast<int>(split), n, spent(image, scene.triangles.size()), header.max_depth,
+                      static_cast<double>(image.words().size() * 8) / n, scaled, work.limited ? "  limited" : "");
         // From N to 2N, steps over N log2 N stay; an easy scene may become one of two passes.
         if (before > 0) {
           ASSERT_LE(scaled, 1.6 * std::max(before, kEasy)) << count;
