@@ -97,17 +97,19 @@ Bvh::Bvh(const TriangleSet& set, const BvhDraft& draft, int slabs) : slabs_(slab
   }
 }
 
-std::shared_ptr<const Bvh> build_bvh(const TriangleSet& set, BvhBuilder builder, int slabs) {
+std::shared_ptr<const Bvh> build_bvh(const TriangleSet& set, BvhBuilder builder, int slabs, BuildSteps* steps) {
   BvhDraft draft;
+  BuildSteps work;
   if (set.triangles.empty()) {
     draft.nodes.emplace_back();
   } else if (builder == BvhBuilder::kBinnedSah) {
-    draft = draft_binned_sah(set);
+    draft = draft_binned_sah(set, work);
   } else if (builder == BvhBuilder::kKayKajiya) {
-    draft = draft_kay_kajiya(set);
+    draft = draft_kay_kajiya(set, work);
   } else {
-    draft = draft_goldsmith_salmon(set);
+    draft = draft_goldsmith_salmon(set, work);
   }
+  if (steps) *steps = work;
   return std::make_shared<const Bvh>(set, draft, slabs);
 }
 

@@ -25,11 +25,16 @@ struct BvhDraft {
   std::uint32_t root = 0;
 };
 
-BvhDraft draft_binned_sah(const TriangleSet& set);
+BvhDraft draft_binned_sah(const TriangleSet& set, BuildSteps& steps);
 /// The same over boxes of anything, with at most `max_leaf` of them a leaf.
-BvhDraft draft_binned_sah(const std::vector<Box>& boxes, std::uint32_t max_leaf);
-BvhDraft draft_kay_kajiya(const TriangleSet& set);
-BvhDraft draft_goldsmith_salmon(const TriangleSet& set);
+BvhDraft draft_binned_sah(const std::vector<Box>& boxes, std::uint32_t max_leaf, BuildSteps& steps);
+BvhDraft draft_kay_kajiya(const TriangleSet& set, BuildSteps& steps);
+BvhDraft draft_goldsmith_salmon(const TriangleSet& set, BuildSteps& steps);
+
+/// Median cut (bvh_kay_kajiya.cpp) of order[first ... last) below `node`, with at most `max_leaf` a leaf. The other
+/// builders end with it where their own rule would take too long: it is balanced whatever the triangles are.
+void cut_at_medians(BvhDraft& draft, std::uint32_t node, std::uint32_t first, std::uint32_t last,
+                    const std::vector<glm::dvec3>& centers, std::uint32_t max_leaf, BuildSteps& steps);
 
 class Bvh {
  public:

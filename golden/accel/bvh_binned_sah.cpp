@@ -1,6 +1,10 @@
 // I. Wald, On fast construction of SAH-based bounding volume hierarchies, IEEE Interactive Ray Tracing 2007: top-down,
 // triangles sorted into bins by centroid, split where the surface area heuristic is least.
+//
+// Bins may peel off a few triangles at a time. Below a depth of kDeep + 2 log2 N, which no mesh reaches, nodes are cut
+// at medians: every level costs O(N), so a build costs O(N log N).
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "bvh.hpp"
@@ -11,18 +15,26 @@ namespace {
 constexpr int kBins = 16;
 constexpr double kTraversalCost = 1.0, kIntersectionCost = 1.5;  // as the kd builder's defaults
 constexpr std::uint32_t kMaxLeaf = 8;
+constexpr double kDeep = 64;
 
 class Builder {
  public:
-  Builder(const std::vector<Box>& boxes, std::uint32_t max_leaf) : boxes_(boxes), max_leaf_(max_leaf) {
+  Builder(const std::vector<Box>& boxes, std::uint32_t max_leaf, BuildSteps& steps)
+      : boxes_(boxes), max_leaf_(max_leaf), steps_(steps) {
+    const auto deepest =
+        static_cast<int>(kDeep + 2.0 * std::log2(static_cast<double>(std::max<std::size_t>(boxes.size(), 1))));
     draft.order.resize(boxes.size());
     std::iota(draft.order.begin(), draft.order.end(), 0u);
     for (const Box& box : boxes) centers_.push_back(box.center());
     draft.nodes.emplace_back();
-    std::vector<Task> todo{{0, 0, static_cast<std::uint32_t>(boxes.size())}};
+    std::vector<Task> todo{{0, 0, static_cast<std::uint32_t>(boxes.size()), 0}};
     while (!todo.empty()) {
       const Task task = todo.back();
       todo.pop_back();
+      if (task.depth >= deepest) {
+        cut_at_medians(draft, task.node, task.first, task.last, centers_, max_leaf, steps);
+        continue;
+      }
       const std::uint32_t middle = split(task.first, task.last);
       if (middle == task.first) {
         draft.nodes[task.node].first = task.first, draft.nodes[task.node].count = task.last - task.first;
@@ -32,8 +44,8 @@ class Builder {
       draft.nodes.resize(left + 2);
       draft.nodes[task.node].child = left;
       draft.nodes[left].sibling = left + 1;
-      todo.push_back({left + 1, middle, task.last});
-      todo.push_back({left, task.first, middle});
+      todo.push_back({left + 1, middle, task.last, task.depth + 1});
+      todo.push_back({left, task.first, middle, task.depth + 1});
     }
   }
   BvhDraft draft;
@@ -41,6 +53,7 @@ class Builder {
  private:
   struct Task {
     std::uint32_t node, first, last;
+    int depth;
   };
   struct Bin {
     Box box;
@@ -51,6 +64,7 @@ class Builder {
   std::uint32_t split(std::uint32_t first, std::uint32_t last) {
     const std::uint32_t count = last - first;
     if (count <= 1) return first;
+    steps_.steps += count;
     Box box, centers;
     for (std::uint32_t i = first; i < last; ++i) box.add(boxes_[draft.order[i]]), centers.add(centers_[draft.order[i]]);
     double best_cost = kInfinity;
@@ -95,20 +109,21 @@ class Builder {
 
   const std::vector<Box>& boxes_;
   std::uint32_t max_leaf_;
+  BuildSteps& steps_;
   std::vector<glm::dvec3> centers_;
 };
 
 }  // namespace
 
-BvhDraft draft_binned_sah(const TriangleSet& set) {
+BvhDraft draft_binned_sah(const TriangleSet& set, BuildSteps& steps) {
   std::vector<Box> boxes;
   boxes.reserve(set.triangles.size());
   for (const Triangle& t : set.triangles) boxes.push_back(t.box());
-  return draft_binned_sah(boxes, kMaxLeaf);
+  return draft_binned_sah(boxes, kMaxLeaf, steps);
 }
 
-BvhDraft draft_binned_sah(const std::vector<Box>& boxes, std::uint32_t max_leaf) {
-  return Builder(boxes, max_leaf).draft;
+BvhDraft draft_binned_sah(const std::vector<Box>& boxes, std::uint32_t max_leaf, BuildSteps& steps) {
+  return Builder(boxes, max_leaf, steps).draft;
 }
 
 }  // namespace retrace::accel

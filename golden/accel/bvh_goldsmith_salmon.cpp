@@ -6,7 +6,12 @@
 //   beside a leaf, under a new node:   2 A(union)
 //   further down:                      k (A' - A), inherited by everything below
 // and the cheapest place on the path is taken. Ties go to the child whose centre is nearest, as the paper suggests.
+//
+// Nothing in this rule bounds the number of children or the depth: coincident triangles all become children of one
+// node. When kSteps N log2 2N children have been weighed, the triangles that are left, cut at medians, become one
+// more child of the root.
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "bvh.hpp"
@@ -15,10 +20,11 @@ namespace retrace::accel {
 namespace {
 
 constexpr auto kNil = BvhDraft::kNil;
+constexpr double kSteps = 32;
 
 class Inserter {
  public:
-  explicit Inserter(const TriangleSet& set) : set_(set) {
+  Inserter(const TriangleSet& set, BuildSteps& steps) : set_(set), steps_(steps) {
     draft.order.resize(set.triangles.size());
     std::iota(draft.order.begin(), draft.order.end(), 0u);
     // Random order with a fixed generator, so that the tree is the same everywhere.
@@ -28,7 +34,12 @@ class Inserter {
       std::swap(draft.order[i - 1], draft.order[state % i]);
     }
     draft.root = add_node({});
-    for (std::uint32_t i = 0; i < draft.order.size(); ++i) insert(i);
+    const double n = static_cast<double>(std::max<std::size_t>(set.triangles.size(), 1));
+    const auto most = static_cast<std::uint64_t>(kSteps * n * std::log2(2.0 * n));
+    std::uint32_t done = 0;
+    while (done < draft.order.size() && weighed_ < most) insert(done++);
+    steps_.steps += weighed_;
+    if (done < draft.order.size()) add_rest(done);
   }
   BvhDraft draft;
 
@@ -43,6 +54,15 @@ class Inserter {
     Box u = a;
     u.add(b);
     return u.half_area();
+  }
+
+  void add_rest(std::uint32_t first) {
+    std::vector<glm::dvec3> centers;
+    for (const Triangle& t : set_.triangles) centers.push_back(t.box().center());
+    const std::uint32_t rest = add_node({});
+    draft.nodes[rest].sibling = draft.nodes[draft.root].child;
+    draft.nodes[draft.root].child = rest;
+    cut_at_medians(draft, rest, first, static_cast<std::uint32_t>(draft.order.size()), centers, 1, steps_);
   }
 
   void insert(std::uint32_t slot) {
@@ -65,6 +85,7 @@ class Inserter {
       std::uint32_t next = kNil;
       double least = kInfinity, nearest = kInfinity;
       for (std::uint32_t c = draft.nodes[at].child; c != kNil; c = draft.nodes[c].sibling) {
+        ++weighed_;
         const double growth = united(boxes_[c], box) - boxes_[c].half_area();
         const glm::dvec3 away = boxes_[c].center() - box.center();
         const double distance = glm::dot(away, away);
@@ -101,12 +122,14 @@ class Inserter {
   }
 
   const TriangleSet& set_;
+  BuildSteps& steps_;
+  std::uint64_t weighed_ = 0;  ///< children compared on the way down
   std::vector<Box> boxes_;
   std::vector<std::uint32_t> children_, path_;
 };
 
 }  // namespace
 
-BvhDraft draft_goldsmith_salmon(const TriangleSet& set) { return Inserter(set).draft; }
+BvhDraft draft_goldsmith_salmon(const TriangleSet& set, BuildSteps& steps) { return Inserter(set, steps).draft; }
 
 }  // namespace retrace::accel

@@ -7,25 +7,21 @@
 
 namespace retrace::accel {
 
-BvhDraft draft_kay_kajiya(const TriangleSet& set) {
+void cut_at_medians(BvhDraft& draft, std::uint32_t node, std::uint32_t first, std::uint32_t last,
+                    const std::vector<glm::dvec3>& centers, std::uint32_t max_leaf, BuildSteps& steps) {
   struct Task {
     std::uint32_t node, first, last;
     int axis;
   };
-  BvhDraft draft;
-  draft.order.resize(set.triangles.size());
-  std::iota(draft.order.begin(), draft.order.end(), 0u);
-  std::vector<glm::dvec3> centers;
-  for (const Triangle& t : set.triangles) centers.push_back(t.box().center());
-  draft.nodes.emplace_back();
-  std::vector<Task> todo{{0, 0, static_cast<std::uint32_t>(set.triangles.size()), 0}};
+  std::vector<Task> todo{{node, first, last, 0}};
   while (!todo.empty()) {
     const Task task = todo.back();
     todo.pop_back();
-    if (task.last - task.first <= 1) {
+    if (task.last - task.first <= max_leaf) {
       draft.nodes[task.node].first = task.first, draft.nodes[task.node].count = task.last - task.first;
       continue;
     }
+    steps.steps += task.last - task.first;
     const std::uint32_t middle = task.first + (task.last - task.first) / 2;
     const auto begin = draft.order.begin();
     std::nth_element(begin + task.first, begin + middle, begin + task.last, [&](std::uint32_t a, std::uint32_t b) {
@@ -38,6 +34,16 @@ BvhDraft draft_kay_kajiya(const TriangleSet& set) {
     todo.push_back({left + 1, middle, task.last, (task.axis + 1) % 3});
     todo.push_back({left, task.first, middle, (task.axis + 1) % 3});
   }
+}
+
+BvhDraft draft_kay_kajiya(const TriangleSet& set, BuildSteps& steps) {
+  BvhDraft draft;
+  draft.order.resize(set.triangles.size());
+  std::iota(draft.order.begin(), draft.order.end(), 0u);
+  std::vector<glm::dvec3> centers;
+  for (const Triangle& t : set.triangles) centers.push_back(t.box().center());
+  draft.nodes.emplace_back();
+  cut_at_medians(draft, 0, 0, static_cast<std::uint32_t>(set.triangles.size()), centers, 1, steps);
   return draft;
 }
 

@@ -101,6 +101,7 @@ BuildOptions build_options(KdRecipe recipe, std::size_t triangles) {
     case KdRecipe::kUnclipped:  // depth: Pharr & Humphreys 2004, section 4.5; a test costs many steps, as there
       options.clip = false;
       options.intersection_cost = 20.0, options.empty_bonus = 0.8;
+      options.budget = 128;  // meshes take up to 48
       options.max_depth =
           static_cast<int>(std::lround(8 + 1.3 * std::log2(static_cast<double>(std::max<std::size_t>(triangles, 1)))));
       break;

@@ -9,7 +9,12 @@
 // A hit beyond the voxel is kept and the walk goes on: it ends in the voxel that contains the best hit, so nothing
 // nearer is missed, and a mailbox may drop the second test.
 //
+// Budget: at most kVoxels voxels and kReferences references a triangle, which no mesh needs. After Woo, voxels are
+// halved while that lowers the number of triangles in an occupied one: coincident triangles never part. After Pharr &
+// Humphreys, the resolution is halved until the references fit: a bounding box may cover all voxels.
+//
 // Layout for bytes: one 4-byte offset a voxel (two are read: begin and end), 4 bytes a reference.
+#include <algorithm>
 #include <cmath>
 
 #include "probe.hpp"
@@ -19,9 +24,10 @@ namespace retrace::accel {
 namespace {
 
 constexpr double kWooDensity = 20.0;
-constexpr int kMaxResolution = 1024;                // a side
-constexpr double kMaxVoxels = 64e6;                 // 256 MB of offsets
-constexpr std::size_t kMaxReferences = 64'000'000;  // no further subdivision beyond
+constexpr int kMaxResolution = 1024;  // a side
+constexpr double kMaxVoxels = 64e6;   // 256 MB of offsets
+constexpr double kVoxels = 64;        // a triangle
+constexpr std::uint64_t kReferences = 16;
 
 /// Separating-axis test of a triangle against a box given by centre and half extents.
 bool overlaps(const Triangle& triangle, const glm::dvec3& center, const glm::dvec3& half) {
@@ -56,21 +62,31 @@ class Grid final : public Structure {
           3.0 * std::cbrt(static_cast<double>(std::max<std::size_t>(set.triangles.size(), 1))) / longest;
       for (int a = 0; a < 3; ++a)
         n_[a] = std::clamp(static_cast<int>(std::lround(extent[a] * per_unit)), 1, kMaxResolution);
-      fill();
+      while (!fill()) n_ = glm::max(n_ / 2, glm::ivec3(1));
     } else {
+      const double most_voxels =
+          std::min(kMaxVoxels, kVoxels * static_cast<double>(std::max<std::size_t>(set.triangles.size(), 1)));
       n_ = glm::ivec3(1);
       fill();
-      while (mean_occupied() > kWooDensity && (n_.x + 0.0) * n_.y * n_.z * 2.0 <= kMaxVoxels &&
-             references_.size() < kMaxReferences) {
+      double mean = mean_occupied(), least = mean;
+      glm::ivec3 best = n_;
+      while (mean > kWooDensity && (n_.x + 0.0) * n_.y * n_.z * 2.0 <= most_voxels) {
         const glm::dvec3 side = extent / glm::dvec3(n_);
         const int axis = side.x >= side.y && side.x >= side.z ? 0 : side.y >= side.z ? 1 : 2;
         if (n_[axis] * 2 > kMaxResolution) break;
         n_[axis] *= 2;
+        if (!fill()) break;
+        mean = mean_occupied();
+        if (mean < least) least = mean, best = n_;
+      }
+      if (best != n_) {
+        n_ = best;
         fill();
       }
     }
   }
 
+  const BuildSteps& steps() const { return steps_; }
   bool duplicates_references() const override { return true; }
   std::size_t size() const override { return set_.triangles.size(); }
   std::size_t references() const override { return references_.size(); }
@@ -132,8 +148,9 @@ class Grid final : public Structure {
     return occupied ? static_cast<double>(references_.size()) / static_cast<double>(occupied) : 0.0;
   }
 
+  /// Calls f(voxel) until it returns false; false if it did.
   template <class F>
-  void for_each_voxel(const Triangle& triangle, F&& f) const {
+  bool for_each_voxel(const Triangle& triangle, F&& f) {
     const Box b = triangle.box();
     glm::ivec3 lo, hi;
     for (int a = 0; a < 3; ++a) {
@@ -142,42 +159,53 @@ class Grid final : public Structure {
       hi[a] =
           std::clamp(static_cast<int>(std::floor((b.upper[a] + kMargin - set_.box.lower[a]) / side_[a])), 0, n_[a] - 1);
     }
-    for_each_in(triangle, lo, hi, f);
+    return for_each_in(triangle, lo, hi, f);
   }
 
   /// Halves the range of voxels where the triangle touches it: a thin triangle across the scene touches few voxels of
   /// the many in its box.
   template <class F>
-  void for_each_in(const Triangle& triangle, const glm::ivec3& lo, const glm::ivec3& hi, F&& f) const {
+  bool for_each_in(const Triangle& triangle, const glm::ivec3& lo, const glm::ivec3& hi, F&& f) {
+    ++steps_.steps;
     const glm::dvec3 half = 0.5 * side_ * glm::dvec3(hi - lo + 1) + kMargin;
-    if (!by_box_ && !overlaps(triangle, set_.box.lower + 0.5 * side_ * glm::dvec3(lo + hi + 1), half)) return;
+    if (!by_box_ && !overlaps(triangle, set_.box.lower + 0.5 * side_ * glm::dvec3(lo + hi + 1), half)) return true;
     const glm::ivec3 n = hi - lo;
     if (n == glm::ivec3(0)) return f(voxel(lo));
     const int axis = n.x >= n.y && n.x >= n.z ? 0 : n.y >= n.z ? 1 : 2;
     glm::ivec3 low_end = hi, high_begin = lo;
     low_end[axis] = lo[axis] + n[axis] / 2;
     high_begin[axis] = low_end[axis] + 1;
-    for_each_in(triangle, lo, low_end, f);
-    for_each_in(triangle, high_begin, hi, f);
+    return for_each_in(triangle, lo, low_end, f) && for_each_in(triangle, high_begin, hi, f);
   }
 
-  void fill() {
+  /// Fills the voxels at the resolution n_. False, with the grid left unusable, if that takes too many references.
+  bool fill() {
     side_ = set_.box.extent() / glm::dvec3(n_);
     const std::size_t voxels = static_cast<std::size_t>(n_.x) * n_.y * n_.z;
     offsets_.assign(voxels + 1, 0);
-    std::uint64_t total = 0;
-    for (const Triangle& t : set_.triangles) for_each_voxel(t, [&](std::size_t v) { ++offsets_[v + 1], ++total; });
-    if (total >= contract::kNoTriangle)
-      throw Error("grid: more than 2^32 references; the scene needs another structure");
+    // Offsets have 32 bits.
+    std::uint64_t left = std::min<std::uint64_t>(kReferences * set_.triangles.size(), contract::kNoTriangle - 1);
+    for (const Triangle& t : set_.triangles) {
+      const bool fits = for_each_voxel(t, [&](std::size_t v) {
+        ++offsets_[v + 1];
+        return left-- > 0;
+      });
+      if (!fits) return false;
+    }
     for (std::size_t v = 0; v < voxels; ++v) offsets_[v + 1] += offsets_[v];
     references_.resize(offsets_[voxels]);
     std::vector<std::uint32_t> at(offsets_.begin(), offsets_.end() - 1);
     for (std::uint32_t i = 0; i < set_.triangles.size(); ++i)
-      for_each_voxel(set_.triangles[i], [&](std::size_t v) { references_[at[v]++] = i; });
+      for_each_voxel(set_.triangles[i], [&](std::size_t v) {
+        references_[at[v]++] = i;
+        return true;
+      });
+    return true;
   }
 
   const TriangleSet& set_;
   bool by_box_;
+  BuildSteps steps_;  ///< of the build
   glm::ivec3 n_{1};
   glm::dvec3 side_{1.0};
   std::vector<std::uint32_t> offsets_, references_;
@@ -185,8 +213,10 @@ class Grid final : public Structure {
 
 }  // namespace
 
-std::unique_ptr<Structure> make_grid(const TriangleSet& set, GridDensity density) {
-  return std::make_unique<Grid>(set, density);
+std::unique_ptr<Structure> make_grid(const TriangleSet& set, GridDensity density, BuildSteps* steps) {
+  auto grid = std::make_unique<Grid>(set, density);
+  if (steps) *steps = grid->steps();
+  return grid;
 }
 
 }  // namespace retrace::accel

@@ -8,6 +8,11 @@
 
 namespace retrace::accel {
 
+/// Work of a build, for tests of its complexity: references and boxes of the grids, boxes put into bins, children weighed.
+struct BuildSteps {
+  std::uint64_t steps = 0;
+};
+
 // All structures keep a reference to the set (and to the tree or image they walk): it must outlive them.
 
 /// brute_force.cpp: every triangle, every ray. What is true.
@@ -19,7 +24,8 @@ enum class GridDensity {
   kPharr,  ///< 3 cbrt(N) voxels along the longest side of the scene, cubes; references by bounding box, as in the book
   kPharrExact,  ///< the same resolution; references from the voxels that the triangle itself touches
 };
-std::unique_ptr<Structure> make_grid(const TriangleSet& set, GridDensity density);
+/// At most 64 voxels and 16 references a triangle: where the density asks for more, the grid is coarser.
+std::unique_ptr<Structure> make_grid(const TriangleSet& set, GridDensity density, BuildSteps* steps = nullptr);
 
 // ---------------------------------------------------------------------------- kd-tree, over the memory image (kd.cpp)
 enum class KdTraversal {
@@ -50,7 +56,8 @@ enum class BvhTraversal {
 };
 class Bvh;
 /// `slabs`: pairs of planes a volume, 3 to 7 (3: boxes).
-std::shared_ptr<const Bvh> build_bvh(const TriangleSet& set, BvhBuilder builder, int slabs = 3);
+std::shared_ptr<const Bvh> build_bvh(const TriangleSet& set, BvhBuilder builder, int slabs = 3,
+                                     BuildSteps* steps = nullptr);
 std::unique_ptr<Structure> make_bvh(std::shared_ptr<const Bvh> bvh, BvhTraversal traversal);
 
 }  // namespace retrace::accel

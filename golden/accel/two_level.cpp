@@ -169,7 +169,8 @@ void TwoLevel::build_top() {
   top_.clear();
   order_.clear();
   if (boxes.empty()) return;
-  const BvhDraft draft = draft_binned_sah(boxes, 1);
+  BuildSteps steps;
+  const BvhDraft draft = draft_binned_sah(boxes, 1, steps);
   order_ = draft.order;
   top_.resize(draft.nodes.size());
   for (std::size_t n = draft.nodes.size(); n-- > 0;) {  // the builder numbers children above their parent, side by side

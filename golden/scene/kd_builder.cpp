@@ -27,7 +27,9 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
+#include <stdexcept>
 #include <utility>
 
 namespace retrace {
@@ -47,6 +49,8 @@ constexpr std::size_t kParallel = 4096;
 constexpr int kDeepest = 192;
 /// Leaf size of the two median structures.
 constexpr std::size_t kMedianLeaf = 4;
+/// Allowance of a pass that is not limited node by node.
+constexpr std::int64_t kUnlimited = std::numeric_limits<std::int64_t>::max();
 
 using Box = std::array<std::int32_t, 6>;  ///< by face
 
@@ -229,16 +233,44 @@ struct SplitChoice {
   std::int32_t position = 0;
 };
 
+/// The largest fraction that was reported so far: a second pass reports only what is beyond the first.
+class ProgressMark {
+ public:
+  explicit ProgressMark(const std::function<void(double)>& progress) : progress_(progress) {}
+  void raise(double fraction) {
+    if (!progress_) return;
+    const int percent = static_cast<int>(std::floor(std::min(fraction, 1.0) * 100));
+    int before = percent_.load();
+    while (percent > before) {
+      if (percent_.compare_exchange_weak(before, percent)) return progress_(std::min(fraction, 1.0));
+    }
+  }
+
+ private:
+  const std::function<void(double)>& progress_;
+  std::atomic<int> percent_{0};
+};
+
+/// One pass over the scene. A split costs one unit of the budget, and one more for each triangle that it sends to both
+/// children.
+///   kShared   splits are chosen by the heuristic alone; the pass fails as soon as all of them together exceed the
+///             budget. The sum does not depend on the order of the nodes, so neither does the outcome.
+///   kByNode   each node has a budget of its own, pays for its split and leaves the rest to its children. It takes the
+///             best split that it can pay for, so this pass always succeeds.
 class Builder {
  public:
-  Builder(const GridScene& scene, const BuildOptions& options) : scene_(scene), options_(options) {
+  enum class Limit { kShared, kByNode };
+
+  Builder(const GridScene& scene, const BuildOptions& options, Limit limit, std::int64_t budget, ProgressMark& progress)
+      : scene_(scene), options_(options), limit_(limit), budget_(budget), progress_(progress) {
     const double n = static_cast<double>(std::max<std::size_t>(scene.triangles.size(), 1));
     const int deepest =
         options.max_depth > 0 ? options.max_depth : static_cast<int>(std::lround(6 + 1.2 * std::log2(n)));
     max_depth_ = std::min(deepest, kDeepest);
   }
 
-  void run(BuildNode& root) {
+  /// False if the budget was exceeded; `root` is of no use then.
+  bool run(BuildNode& root) {
     const std::size_t n = scene_.triangles.size();
     auto arena = std::make_unique<Arena>();
     Work work;
@@ -255,7 +287,18 @@ class Builder {
       }
     });
     for (Event* events : work.events) tbb::parallel_sort(events, events + 2 * n);
-    build_large(root, work, std::move(arena), scene_.box, 0, 1.0);
+    const std::int64_t allowance = limit_ == Limit::kShared ? kUnlimited : budget_;
+    build_large(root, work, std::move(arena), scene_.box, {0, allowance, 1.0});
+    return !exceeded_;
+  }
+
+  /// Adds what this pass did.
+  void count(BuildWork& work) {
+    for (const Local& local : local_) {
+      work.candidates += local.work.candidates;
+      work.moved_events += local.work.moved_events;
+      work.clipped += local.work.clipped;
+    }
   }
 
  private:
@@ -264,52 +307,66 @@ class Builder {
     Arena nodes;      ///< finished nodes and references of leaves
     Arena scratch;    ///< work of the nodes between the current one and the root of its subtree
     Arena temporary;  ///< of one call of distribute()
+    BuildWork work;
+  };
+
+  /// What a node is given besides its triangles and its box.
+  struct Place {
+    int depth;
+    std::int64_t allowance;  ///< units of the budget for this node and all below it
+    double share;            ///< of the whole work, for the progress
   };
 
   // -------------------------------------------------------------------------------------------- recursion
 
   /// A node whose work lies in an arena of its own, which is freed before the children are built. Its children are
   /// tasks.
-  void build_large(BuildNode& node, const Work& work, std::unique_ptr<Arena> arena, const Box& box, int depth,
-                   double share) {
-    if (work.count < kParallel) return build_small(node, work, box, depth, share);
-    const SplitChoice choice = choose(work, box, depth);
+  void build_large(BuildNode& node, const Work& work, std::unique_ptr<Arena> arena, const Box& box,
+                   const Place& place) {
+    if (work.count < kParallel) return build_small(node, work, box, place);
+    const SplitChoice choice = choose(work, box, place, local_.local());
     if (choice.axis == kLeafAxis) {
       make_leaf(node, work, local_.local());
-      return report(share);
+      return report(place.share);
     }
     const std::array<Box, 2> boxes = child_boxes(box, choice);
     Work children[2];
     std::unique_ptr<Arena> arenas[2] = {std::make_unique<Arena>(), std::make_unique<Arena>()};
+    std::int64_t price;
     {
       Arena scratch;
-      distribute(work, choice, boxes, children, {arenas[0].get(), arenas[1].get()}, scratch);
+      price =
+          distribute(work, choice, boxes, children, {arenas[0].get(), arenas[1].get()}, scratch, local_.local().work);
     }
+    if (exceeded_) return;
     arena.reset();
     make_interior(node, choice, local_.local());
-    const std::array<double, 2> shares = child_shares(children, share);
+    const std::array<Place, 2> places = child_places(place, price, children, boxes);
     const auto child = [&](int side) {
-      build_large(node.children[side], children[side], std::move(arenas[side]), boxes[side], depth + 1, shares[side]);
+      build_large(node.children[side], children[side], std::move(arenas[side]), boxes[side], places[side]);
     };
     tbb::parallel_invoke([&] { child(0); }, [&] { child(1); });
   }
 
   /// A node that one thread builds to the end. The work of its descendants lies in the thread's scratch memory.
-  void build_small(BuildNode& node, const Work& work, const Box& box, int depth, double share) {
-    build_serial(node, work, box, depth, local_.local());
-    report(share);
+  void build_small(BuildNode& node, const Work& work, const Box& box, const Place& place) {
+    build_serial(node, work, box, place, local_.local());
+    report(place.share);
   }
 
-  void build_serial(BuildNode& node, const Work& work, const Box& box, int depth, Local& local) {
-    const SplitChoice choice = choose(work, box, depth);
+  void build_serial(BuildNode& node, const Work& work, const Box& box, const Place& place, Local& local) {
+    const SplitChoice choice = choose(work, box, place, local);
     if (choice.axis == kLeafAxis) return make_leaf(node, work, local);
     const std::array<Box, 2> boxes = child_boxes(box, choice);
     const Arena::Mark mark = local.scratch.mark();
     Work children[2];
-    distribute(work, choice, boxes, children, {&local.scratch, &local.scratch}, local.temporary);
+    const std::int64_t price =
+        distribute(work, choice, boxes, children, {&local.scratch, &local.scratch}, local.temporary, local.work);
+    if (exceeded_) return;
     make_interior(node, choice, local);
+    const std::array<Place, 2> places = child_places(place, price, children, boxes);
     for (int side = 0; side < 2; ++side)
-      build_serial(node.children[side], children[side], boxes[side], depth + 1, local);
+      build_serial(node.children[side], children[side], boxes[side], places[side], local);
     local.scratch.release(mark);
   }
 
@@ -320,9 +377,30 @@ class Builder {
     return boxes;
   }
 
-  static std::array<double, 2> child_shares(const Work children[2], double share) {
-    const double left = static_cast<double>(children[0].count) + 1, right = static_cast<double>(children[1].count) + 1;
-    return {share * left / (left + right), share * right / (left + right)};
+  /// Shares go by the number of triangles. So does half of what is left of the allowance; the other half goes by the
+  /// expected number of tests, because that is what further splits save.
+  static std::array<Place, 2> child_places(const Place& place, std::int64_t price, const Work children[2],
+                                           const std::array<Box, 2>& boxes) {
+    const double left = static_cast<double>(children[0].count), right = static_cast<double>(children[1].count);
+    const double share = (left + 1) / (left + right + 2);
+    std::array<Place, 2> places;
+    places.fill({place.depth + 1, place.allowance, place.share * share});
+    places[1].share = place.share * (1 - share);
+    if (place.allowance == kUnlimited) return places;
+    const std::int64_t rest = place.allowance - price;
+    double part = 0;
+    if (left + right > 0) {
+      const double tests_left = left * half_area(boxes[0]), tests_right = right * half_area(boxes[1]);
+      part = 0.5 * left / (left + right) + 0.5 * tests_left / (tests_left + tests_right);
+    }
+    places[0].allowance = std::min(rest, static_cast<std::int64_t>(static_cast<double>(rest) * part));
+    places[1].allowance = rest - places[0].allowance;
+    return places;
+  }
+
+  static double half_area(const Box& box) {
+    const double x = box[1] - box[0], y = box[3] - box[2], z = box[5] - box[4];
+    return x * y + y * z + z * x;
   }
 
   static void make_interior(BuildNode& node, const SplitChoice& choice, Local& local) {
@@ -349,34 +427,37 @@ class Builder {
 
   // -------------------------------------------------------------------------------------------- where to split
 
-  SplitChoice choose(const Work& work, const Box& box, int depth) const {
-    if (depth >= max_depth_ || work.count == 0) return {};
+  SplitChoice choose(const Work& work, const Box& box, const Place& place, Local& local) const {
+    if (place.depth >= max_depth_ || work.count == 0 || place.allowance < 1 || exceeded_) return {};
+    local.work.candidates += 6 * work.count;
     switch (options_.split) {
       case BuildOptions::Split::kSpatialMedian:
-        return choose_spatial(work, box);
+        return choose_spatial(work, box, place.allowance);
       case BuildOptions::Split::kObjectMedian:
-        return choose_object(work, box);
+        return choose_object(work, box, place.allowance);
       case BuildOptions::Split::kSah:
         break;
     }
     SplitChoice best[3];
-    for_axes(work.count, [&](int axis) { best[axis] = sweep(work, box, axis); });
+    for_axes(work.count, [&](int axis) { best[axis] = sweep(work, box, axis, place.allowance); });
     SplitChoice choice = best[0];
     for (int axis = 1; axis < 3; ++axis)
       if (best[axis].cost < choice.cost) choice = best[axis];
     return choice.cost < options_.intersection_cost * static_cast<double>(work.count) ? choice : SplitChoice{};
   }
 
-  /// The best split on one axis, by the heuristic. Of several events at one position the first ones see too many
+  /// The best split on one axis, by the heuristic, of those that the allowance can pay for. Of several events at one position the first ones see too many
   /// triangles on either side; their cost is never below that of the one in the middle, between the ends and the
   /// starts, which sees the right numbers.
-  SplitChoice sweep(const Work& work, const Box& box, int axis) const {
+  SplitChoice sweep(const Work& work, const Box& box, int axis, std::int64_t allowance) const {
     const std::int32_t low = box[2 * axis], high = box[2 * axis + 1];
     const int b = (axis + 1) % 3, c = (axis + 2) % 3;
     const double size_b = box[2 * b + 1] - box[2 * b], size_c = box[2 * c + 1] - box[2 * c];
     // Half area of a slab of width x: cap + x * rim. Costs are relative to the half area of the box.
     const double cap = size_b * size_c, rim = size_b + size_c, width = static_cast<double>(high) - low;
     const double scale = options_.intersection_cost / (cap + width * rim);
+    // Triangles on the left and on the right: those that stand on both sides are paid for, and the split itself.
+    const double most = static_cast<double>(work.count) + static_cast<double>(allowance) - 1;
     SplitChoice best;
     double left = 0, right = static_cast<double>(work.count);
     for (const Event event : work.sorted(axis)) {
@@ -388,7 +469,7 @@ class Builder {
         const double sum = (cap + x * rim) * left + (cap + (width - x) * rim) * right;
         double cost = options_.traversal_cost + sum * scale;
         if (left == 0 || right == 0) cost *= options_.empty_bonus;
-        if (cost < best.cost) best = {cost, static_cast<std::uint32_t>(axis), at};
+        if (cost < best.cost && left + right <= most) best = {cost, static_cast<std::uint32_t>(axis), at};
       }
       left += start ? 1.0 : 0.0;
     }
@@ -402,28 +483,31 @@ class Builder {
     return widest;
   }
 
-  /// A median split, unless it lies on a side of the box or mostly duplicates triangles: coincident ones never part.
-  static SplitChoice unless_useless(const Work& work, const Box& box, int axis, std::int32_t position) {
+  /// A median split, unless it lies on a side of the box, mostly duplicates triangles (coincident ones never part) or
+  /// costs more than the allowance.
+  static SplitChoice unless_useless(const Work& work, const Box& box, int axis, std::int32_t position,
+                                    std::int64_t allowance) {
     if (position <= box[2 * axis] || position >= box[2 * axis + 1]) return {};
     std::size_t references = 0;
     for (const Event event : work.sorted(axis))
       references += is_start(event) ? position_of(event) < position : position_of(event) > position;
     if (2 * references > 3 * work.count) return {};
+    if (static_cast<std::int64_t>(references - work.count) > allowance - 1) return {};
     return {0.0, static_cast<std::uint32_t>(axis), position};
   }
 
   /// The middle of the longest side.
-  static SplitChoice choose_spatial(const Work& work, const Box& box) {
+  static SplitChoice choose_spatial(const Work& work, const Box& box, std::int64_t allowance) {
     if (work.count <= kMedianLeaf) return {};
     const int axis = widest_axis(box);
-    return unless_useless(work, box, axis, box[2 * axis] + (box[2 * axis + 1] - box[2 * axis]) / 2);
+    return unless_useless(work, box, axis, box[2 * axis] + (box[2 * axis + 1] - box[2 * axis]) / 2, allowance);
   }
 
   /// The median of the ends of the triangles' bounds along the longest side.
-  static SplitChoice choose_object(const Work& work, const Box& box) {
+  static SplitChoice choose_object(const Work& work, const Box& box, std::int64_t allowance) {
     if (work.count <= kMedianLeaf) return {};
     const int axis = widest_axis(box);
-    return unless_useless(work, box, axis, position_of(work.events[axis][work.count]));
+    return unless_useless(work, box, axis, position_of(work.events[axis][work.count]), allowance);
   }
 
   // -------------------------------------------------------------------------------------------- splitting
@@ -432,9 +516,11 @@ class Builder {
   static constexpr std::uint32_t kStraddles = 0, kLeft = 1u << 30, kRight = 1u << 31, kNumber = kLeft - 1;
 
   /// Splits triangles and events between the children. Triangles stay in ascending order, so events stay sorted when
-  /// their references are renumbered; only those of straddling triangles are new, and are merged in.
-  void distribute(const Work& work, const SplitChoice& choice, const std::array<Box, 2>& boxes, Work children[2],
-                  const std::array<Arena*, 2>& arenas, Arena& temporary) const {
+  /// their references are renumbered; only those of straddling triangles are new, and are merged in. Returns what the
+  /// split costs; if that exceeds the shared budget, the children are left as they are.
+  std::int64_t distribute(const Work& work, const SplitChoice& choice, const std::array<Box, 2>& boxes,
+                          Work children[2], const std::array<Arena*, 2>& arenas, Arena& temporary,
+                          BuildWork& counters) {
     const Arena::Mark mark = temporary.mark();
     std::uint32_t* fate = temporary.allocate<std::uint32_t>(work.count);
     // Events that sort before `middle` are left of the split, or end at it. An end among them belongs to a triangle on
@@ -453,6 +539,14 @@ class Builder {
       most[0] += fate[i] != kRight;
       most[1] += fate[i] != kLeft;
     }
+    const std::int64_t price = static_cast<std::int64_t>(straddling) + 1;
+    if (limit_ == Limit::kShared && spent_.fetch_add(price) + price > budget_) exceeded_ = true;
+    if (exceeded_) {
+      temporary.release(mark);
+      return price;
+    }
+    counters.moved_events += 6 * work.count;
+    counters.clipped += 2 * straddling;
 
     Event* fresh[2][3];
     std::size_t fresh_count[2] = {0, 0};
@@ -503,6 +597,7 @@ class Builder {
       merge(right, right_count, fresh[1][axis], fresh_count[1]);
     });
     temporary.release(mark);
+    return price;
   }
 
   /// Merges `fresh` into the sorted `events`, which have room for them, from the back.
@@ -517,16 +612,17 @@ class Builder {
     }
   }
 
-  void report(double share) {
-    if (!options_.progress) return;
-    const double before = done_.fetch_add(share), after = before + share;
-    if (std::floor(after * 100) > std::floor(before * 100)) options_.progress(std::min(after, 1.0));
-  }
+  void report(double share) { progress_.raise(done_.fetch_add(share) + share); }
 
   const GridScene& scene_;
   const BuildOptions& options_;
+  const Limit limit_;
+  const std::int64_t budget_;
+  ProgressMark& progress_;
   int max_depth_;
   std::atomic<double> done_{0.0};
+  std::atomic<std::int64_t> spent_{0};  ///< of the shared budget
+  std::atomic<bool> exceeded_{false};
   tbb::enumerable_thread_specific<Local> local_;
 };
 
@@ -630,17 +726,30 @@ class Emitter {
 
 }  // namespace
 
-MemoryImage build_kd(const GridScene& scene, const BuildOptions& options) {
+MemoryImage build_kd(const GridScene& scene, const BuildOptions& options, BuildWork* counters) {
   // A leaf's count has to fit as well as a triangle's index.
   constexpr std::size_t kMost = (std::size_t{1} << contract::kTriangleIndexBits) - 1;
   if (scene.triangles.size() > kMost)
     throw Error("kd-tree: " + std::to_string(scene.triangles.size()) + " triangles, a memory image holds at most " +
                 std::to_string(kMost));
+  const double budget = options.budget * static_cast<double>(std::max<std::size_t>(scene.triangles.size(), 1));
+  if (!(budget >= 0 && budget < 0x1p62))
+    throw std::invalid_argument("budget of a kd-tree: a multiple of the triangles");
+  ProgressMark progress(options.progress);
+  BuildWork work;
   BuildNode root;
-  Builder builder(scene, options);
-  builder.run(root);
+  std::optional<Builder> builder;
+  for (const Builder::Limit limit : {Builder::Limit::kShared, Builder::Limit::kByNode}) {
+    root = {};
+    builder.emplace(scene, options, limit, static_cast<std::int64_t>(budget), progress);
+    const bool done = builder->run(root);
+    builder->count(work);
+    if (done) break;
+    work.limited = true;
+  }
   MemoryImage image = Emitter(scene).run(root);
   if (options.progress) options.progress(1.0);
+  if (counters) *counters = work;
   return image;
 }
 

@@ -8,14 +8,17 @@
 
 #include <atomic>
 #include <cmath>
+#include <cstdio>
 #include <set>
 
-#include "grid_scenes.hpp"
+#include "hard_scenes.hpp"
 
 namespace retrace {
 namespace {
 
 using Split = BuildOptions::Split;
+/// Large enough to be out of reach.
+constexpr double kNoBudget = 1e9;
 constexpr Split kSplits[] = {Split::kSah, Split::kSpatialMedian, Split::kObjectMedian};
 
 /// Do a triangle and a closed box have a common point? Separating axes (Akenine-Moeller 2001), exact: the box's axes,
@@ -77,11 +80,42 @@ TEST(KdBuilder, OverlapOfTheTestItselfIsExact) {
       << "cut through";
 }
 
+struct Pairs {
+  std::size_t touching = 0, referenced = 0;
+};
+
+/// Builds and compares every leaf with every triangle, by exact integers.
+void expect_complete(const GridScene& scene, const BuildOptions& options, Pairs& pairs) {
+  const MemoryImage image = build_kd(scene, options);
+  ASSERT_NO_THROW(image.check());
+  std::set<std::uint32_t> stored;
+  for (std::uint32_t i = 0; i < image.header().triangle_count; ++i) stored.insert(image.triangle(i).id);
+  for (std::uint32_t i = 0; i < image.header().leaf_count; ++i) {
+    const contract::LeafRecord leaf = image.leaf(i);
+    std::set<std::uint32_t> ids;
+    for (std::uint32_t r = 0; r < leaf.count; ++r) ids.insert(image.triangle(image.reference(leaf, r)).id);
+    ASSERT_EQ(ids.size(), leaf.count) << "leaf " << i << " holds a triangle twice";
+    const auto needed = widened(leaf.bound, contract::kWiden), most = widened(leaf.bound, contract::kWiden + 2);
+    for (const GridTriangle& t : scene.triangles) {
+      const bool found = ids.count(t.id) != 0;
+      if (touches(t.vertices, needed)) {
+        ++pairs.touching;
+        ASSERT_TRUE(found) << "leaf " << i << " misses triangle " << t.id;
+      }
+      if (found) {
+        ++pairs.referenced;
+        ASSERT_TRUE(touches(t.vertices, most)) << "leaf " << i << " holds triangle " << t.id << " for no reason";
+      }
+    }
+  }
+  ASSERT_EQ(stored.size(), scene.triangles.size());
+}
+
 TEST(KdBuilder, EveryLeafReferencesWhatTouchesItsWidenedBox) {
   const std::uint64_t seed = test_seed();
   SCOPED_TRACE("RETRACE_SEED=" + std::to_string(seed));
   Random random(seed);
-  std::size_t touching = 0, referenced = 0;
+  Pairs pairs;
   for (const NamedGridScene& s : grid_scenes(random, 400)) {
     SCOPED_TRACE(s.name);
     // Tests made dear make small leaves.
@@ -92,35 +126,117 @@ TEST(KdBuilder, EveryLeafReferencesWhatTouchesItsWidenedBox) {
       BuildOptions options;
       options.split = split;
       options.intersection_cost = test_cost;
-      const MemoryImage image = build_kd(s.scene, options);
-      ASSERT_NO_THROW(image.check());
-      std::set<std::uint32_t> stored;
-      for (std::uint32_t i = 0; i < image.header().triangle_count; ++i) stored.insert(image.triangle(i).id);
-      for (std::uint32_t i = 0; i < image.header().leaf_count; ++i) {
-        const contract::LeafRecord leaf = image.leaf(i);
-        std::set<std::uint32_t> ids;
-        for (std::uint32_t r = 0; r < leaf.count; ++r) ids.insert(image.triangle(image.reference(leaf, r)).id);
-        ASSERT_EQ(ids.size(), leaf.count) << "leaf " << i << " holds a triangle twice";
-        const auto needed = widened(leaf.bound, contract::kWiden), most = widened(leaf.bound, contract::kWiden + 2);
-        for (const GridTriangle& t : s.scene.triangles) {
-          const bool found = ids.count(t.id) != 0;
-          if (touches(t.vertices, needed)) {
-            ++touching;
-            ASSERT_TRUE(found) << "leaf " << i << " misses triangle " << t.id;
-          }
-          if (found) {
-            ++referenced;
-            ASSERT_TRUE(touches(t.vertices, most)) << "leaf " << i << " holds triangle " << t.id << " for no reason";
-          }
-        }
-      }
-      ASSERT_EQ(stored.size(), s.scene.triangles.size());
+      options.budget = kNoBudget;
+      expect_complete(s.scene, options, pairs);
+      if (HasFatalFailure()) return;
     }
   }
   // Clipping is tight: what is referenced beyond need is what ends within the last code or two.
-  EXPECT_GT(touching, 30000u);
+  EXPECT_GT(pairs.touching, 30000u);
+  EXPECT_LT(static_cast<double>(pairs.referenced), 1.02 * static_cast<double>(pairs.touching));
+}
 
-  EXPECT_LT(static_cast<double>(referenced), 1.02 * static_cast<double>(touching));
+TEST(KdBuilder, EveryLeafReferencesWhatTouchesItsWidenedBoxWhateverTheBudget) {
+  const std::uint64_t seed = test_seed();
+  SCOPED_TRACE("RETRACE_SEED=" + std::to_string(seed));
+  Random random(seed);
+  Pairs pairs;
+  for (const HardScene& s : hard_scenes()) {
+    SCOPED_TRACE(s.name);
+    const GridScene scene = s.scene(random, 150);
+    for (const Split split : kSplits) {
+      for (const double budget : {0.0, 0.7, 4.0, 16.0}) {
+        BuildOptions options;
+        options.split = split;
+        options.budget = budget;
+        expect_complete(scene, options, pairs);
+        if (HasFatalFailure()) return;
+      }
+    }
+  }
+  EXPECT_GT(pairs.touching, 30000u);
+}
+
+/// What is left of the budget after a build: splits and references beyond one a triangle, in multiples of N.
+double spent(const MemoryImage& image, std::size_t triangles) {
+  std::uint64_t references = 0;
+  for (std::uint32_t i = 0; i < image.header().leaf_count; ++i) references += image.leaf(i).count;
+  return (static_cast<double>(image.header().pair_count - 1 + references) - static_cast<double>(triangles)) /
+         static_cast<double>(triangles);
+}
+
+TEST(KdBuilder, TheBudgetHoldsAndWorkGrowsAsNLogN) {
+  const std::uint64_t seed = test_seed();
+  SCOPED_TRACE("RETRACE_SEED=" + std::to_string(seed));
+  constexpr int kSmallest = 1250, kLargest = 20000;
+  constexpr double kEasy = 90;
+  int limited = 0;
+  for (const HardScene& s : hard_scenes()) {
+    for (const Split split : kSplits) {
+      SCOPED_TRACE(s.name + ", split " + std::to_string(static_cast<int>(split)));
+      double before = 0;
+      for (int count = kSmallest; count <= kLargest; count *= 2) {
+        Random random(seed);
+        const GridScene scene = s.scene(random, count);
+        const auto n = static_cast<double>(scene.triangles.size());
+        BuildOptions options;
+        options.split = split;
+        BuildWork work;
+        const MemoryImage image = build_kd(scene, options, &work);
+        const contract::HeaderRecord header = image.header();
+        limited += work.limited;
+        ASSERT_LE(spent(image, scene.triangles.size()), options.budget) << count;
+        // Bytes: a record a triangle, a pair and a leaf a split, an entry a reference, and the ends of sections.
+        ASSERT_LE(static_cast<double>(image.words().size() * 8), 64 * n + (16 + 64) * options.budget * n + 4 * n + 1024)
+            << count;
+        // At each depth, all nodes together hold at most N + budget N references; there are two passes.
+        const double most = 2 * (6 + 6 + 2) * (1 + options.budget) * n * (7 + 1.2 * std::log2(n));
+        const auto steps = static_cast<double>(work.candidates + work.moved_events + work.clipped);
+        ASSERT_LE(steps, most) << count;
+        const double scaled = steps / (n * std::log2(n));
+        if (std::getenv("RETRACE_VERBOSE"))
+          std::printf("%-36s %d %6.0f  spent %5.2f  depth %2u  bytes %6.1f N  steps %5.1f N log2 N%s\n", s.name.c_str(),
+                      static_cast<int>(split), n, spent(image, scene.triangles.size()), header.max_depth,
+                      static_cast<double>(image.words().size() * 8) / n, scaled, work.limited ? "  limited" : "");
+        // From N to 2N, steps over N log2 N stay; an easy scene may become one of two passes.
+        if (before > 0) {
+          ASSERT_LE(scaled, 1.6 * std::max(before, kEasy)) << count;
+        }
+        before = scaled;
+      }
+    }
+  }
+  EXPECT_GT(limited, 10) << "these scenes are hard no more";
+}
+
+TEST(KdBuilder, ABudgetThatIsNotReachedChangesNothing) {
+  const std::uint64_t seed = test_seed();
+  SCOPED_TRACE("RETRACE_SEED=" + std::to_string(seed));
+  Random random(seed);
+  int same = 0, limited = 0;
+  for (const NamedGridScene& s : grid_scenes(random, 1000)) {
+    SCOPED_TRACE(s.name);
+    for (const Split split : kSplits) {
+      BuildOptions options;
+      options.split = split;
+      BuildWork work;
+      const MemoryImage image = build_kd(s.scene, options, &work);
+      options.budget = kNoBudget;
+      const MemoryImage unlimited = build_kd(s.scene, options);
+      const bool fits = s.scene.triangles.empty() || spent(unlimited, s.scene.triangles.size()) <= 16;
+      // The price of a split counts triangles before they are clipped; a few of them turn out to touch one side only.
+      if (!fits) {
+        EXPECT_TRUE(work.limited);
+      }
+      const bool equal = std::ranges::equal(image.words(), unlimited.words());
+      if (!work.limited) {
+        EXPECT_TRUE(equal);
+      }
+      (work.limited ? limited : same) += 1;
+    }
+  }
+  EXPECT_GT(same, 10);
+  EXPECT_GT(limited, 0);
 }
 
 TEST(KdBuilder, ImageIsTheSameForAnyNumberOfThreads) {
@@ -141,6 +257,29 @@ TEST(KdBuilder, ImageIsTheSameForAnyNumberOfThreads) {
           << threads << " threads";
     }
   }
+}
+
+TEST(KdBuilder, ALimitedImageIsTheSameForAnyNumberOfThreads) {
+  const std::uint64_t seed = test_seed();
+  SCOPED_TRACE("RETRACE_SEED=" + std::to_string(seed));
+  int limited = 0;
+  for (const HardScene& s : hard_scenes()) {
+    SCOPED_TRACE(s.name);
+    Random random(seed);
+    const GridScene scene = s.scene(random, 6000);
+    std::vector<std::uint64_t> words;
+    for (const std::size_t threads : {1, 2, 7}) {
+      tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+      BuildOptions options;
+      options.budget = 2;
+      BuildWork work;
+      const MemoryImage image = build_kd(scene, options, &work);
+      limited += work.limited;
+      if (threads == 1) words.assign(image.words().begin(), image.words().end());
+      ASSERT_TRUE(std::ranges::equal(words, image.words())) << threads << " threads";
+    }
+  }
+  EXPECT_GT(limited, 20);
 }
 
 TEST(KdBuilder, OrderIsDepthFirst) {
@@ -252,18 +391,22 @@ TEST(KdBuilder, WallsInSplitPlanesAreOnOneSide) {
 TEST(KdBuilder, ProgressRisesToOne) {
   Random random(test_seed());
   const GridScene scene = grid_scenes(random, 12000)[2].scene;
-  std::atomic<int> calls{0};
-  std::atomic<double> last{0.0};
-  BuildOptions options;
-  options.progress = [&](double fraction) {
-    ++calls;
-    EXPECT_GE(fraction, 0.0);
-    EXPECT_LE(fraction, 1.0);
-    last = fraction;
-  };
-  build_kd(scene, options);
-  EXPECT_GT(calls.load(), 2);
-  EXPECT_EQ(last.load(), 1.0);
+  // The second budget is exceeded: two passes.
+  for (const double budget : {16.0, 1.0}) {
+    std::atomic<int> calls{0};
+    std::atomic<double> last{0.0};
+    BuildOptions options;
+    options.budget = budget;
+    options.progress = [&](double fraction) {
+      ++calls;
+      EXPECT_GE(fraction, 0.0);
+      EXPECT_LE(fraction, 1.0);
+      last = fraction;
+    };
+    build_kd(scene, options);
+    EXPECT_GT(calls.load(), 2);
+    EXPECT_EQ(last.load(), 1.0);
+  }
 }
 
 }  // namespace
