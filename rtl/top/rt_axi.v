@@ -2,7 +2,7 @@
 // do not pass records at a top.
 //
 // Purpose     Renames the ports of rt_top; adds nothing. AXI4-Lite slave `s_axi_control`, AXI4 master `m_axi_image`, level interrupt.
-// Config      The macro RT_CONFIG chooses a configuration of rt_core_pkg (default ConfigEcp5); C_M_AXI_IMAGE_DATA_WIDTH must be its data_bits.
+// Config      The macro RT_CONFIG chooses a configuration of rt_config_pkg (default ConfigEcp5); C_M_AXI_IMAGE_DATA_WIDTH must be its data_bits.
 // Attributes  Constant side-band signals are those of normal, non-secure, modifiable memory. Writes are not bufferable: their answers come from where
 //             the hits end up and not from a buffer on the way, so hits are visible when `done` is.
 module rt_axi #(
