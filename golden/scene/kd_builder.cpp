@@ -272,9 +272,9 @@ class Builder {
   /// False if the budget was exceeded; `root` is of no use then.
   bool run(BuildNode& root) {
     const std::size_t n = scene_.triangles.size();
-    auto arena = std::make_unique<Arena>();
+    Arena arena;
     Work work;
-    work.allocate(*arena, n);
+    work.allocate(arena, n);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, n, kParallel), [&](const auto& range) {
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
         const auto reference = static_cast<std::uint32_t>(i);
@@ -321,8 +321,7 @@ class Builder {
 
   /// A node whose work lies in an arena of its own, which is freed before the children are built. Its children are
   /// tasks.
-  void build_large(BuildNode& node, const Work& work, std::unique_ptr<Arena> arena, const Box& box,
-                   const Place& place) {
+  void build_large(BuildNode& node, const Work& work, Arena arena, const Box& box, const Place& place) {
     if (work.count < kParallel) return build_small(node, work, box, place);
     const SplitChoice choice = choose(work, box, place, local_.local());
     if (choice.axis == kLeafAxis) {
@@ -331,15 +330,14 @@ class Builder {
     }
     const std::array<Box, 2> boxes = child_boxes(box, choice);
     Work children[2];
-    std::unique_ptr<Arena> arenas[2] = {std::make_unique<Arena>(), std::make_unique<Arena>()};
+    Arena arenas[2];
     std::int64_t price;
     {
       Arena scratch;
-      price =
-          distribute(work, choice, boxes, children, {arenas[0].get(), arenas[1].get()}, scratch, local_.local().work);
+      price = distribute(work, choice, boxes, children, {&arenas[0], &arenas[1]}, scratch, local_.local().work);
     }
     if (exceeded_) return;
-    arena.reset();
+    arena = Arena();
     make_interior(node, choice, local_.local());
     const std::array<Place, 2> places = child_places(place, price, children, boxes);
     const auto child = [&](int side) {
