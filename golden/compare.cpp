@@ -1,28 +1,20 @@
-// Classes of agreement, see compare.hpp. Signs and the numerators and denominators of t are exact: with position codes below 2^25 in
-// magnitude and direction codes below 2^26, edge functions stay below 2^80 and fit in 128 bits.
+// Classes of agreement, see compare.hpp. Signs and the numerators and denominators of t are exact (exact.hpp).
 #include "compare.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "exact.hpp"
+
 namespace retrace {
 namespace {
 
-using Wide = __int128;
-using Vec = std::array<std::int64_t, 3>;
+using exact::Vec;
 using Real = std::array<double, 3>;
 
-Vec difference(const GridPoint& a, const std::array<std::int32_t, 3>& b) {
-  return {std::int64_t{a.x} - b[0], std::int64_t{a.y} - b[1], std::int64_t{a.z} - b[2]};
-}
-Vec difference(const Vec& a, const Vec& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Vec cross(const Vec& a, const Vec& b) {  // below 2^53
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-Wide dot(const Vec& a, const Vec& b) { return Wide{a[0]} * b[0] + Wide{a[1]} * b[1] + Wide{a[2]} * b[2]; }
 double dot(const Real& a, const Real& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vec direction_of(const contract::RayRecord& ray) { return {ray.direction[0], ray.direction[1], ray.direction[2]}; }
+Real to_real(const Vec& a) { return {double(a[0]), double(a[1]), double(a[2])}; }
 
 constexpr double kPositionUlp = 0x1p-24, kDirectionUlp = 0x1p-26;
 static_assert(contract::kPositionFrac == 24 && contract::kDirectionFrac == 26 && contract::kTLimitFrac == 24);
@@ -87,29 +79,23 @@ const char* to_string(Agreement agreement) {
 }
 
 ExactIntersection intersect_exactly(const contract::RayRecord& ray, const GridTriangle& triangle) {
-  const Vec d = direction_of(ray);
-  const Vec p[3] = {difference(triangle.vertices[0], ray.origin), difference(triangle.vertices[1], ray.origin),
-                    difference(triangle.vertices[2], ray.origin)};
-  const Wide e[3] = {dot(d, cross(p[0], p[1])), dot(d, cross(p[1], p[2])), dot(d, cross(p[2], p[0]))};
-  const Vec n = cross(difference(p[1], p[0]), difference(p[2], p[0]));
-  const Wide dn = dot(d, n);
+  const std::array<Vec, 3> vertices{exact::to_vec(triangle.vertices[0]), exact::to_vec(triangle.vertices[1]),
+                                    exact::to_vec(triangle.vertices[2])};
+  const exact::Crossing crossing = exact::intersect(ray, vertices);
 
   ExactIntersection result;
-  result.parallel = dn == 0;
-  result.inside = !result.parallel && ((e[0] >= 0 && e[1] >= 0 && e[2] >= 0) || (e[0] <= 0 && e[1] <= 0 && e[2] <= 0));
-  const Real nr{double(n[0]), double(n[1]), double(n[2])};
+  result.parallel = crossing.parallel();
+  result.inside = crossing.inside();
   if (!result.parallel) {
-    // o + t d with codes: t in grid units is (n . p / n . d) * 2^-24 / 2^-26.
-    result.t = static_cast<double>(static_cast<long double>(dot(n, p[0])) / static_cast<long double>(dn)) *
-               (kPositionUlp / kDirectionUlp);
-    result.dz = std::fabs(static_cast<double>(dn)) * kDirectionUlp / std::sqrt(dot(nr, nr));
+    const Real n = to_real(crossing.normal);
+    result.t = crossing.t();
+    result.dz = static_cast<double>(crossing.dn) * kDirectionUlp / std::sqrt(dot(n, n));
   }
-  // e_k is |edge| |d . normal| times the distance from the edge in the plane, so that over |edge| |d| it is foreshortened.
-  const Real dr{double(d[0]), double(d[1]), double(d[2])};
+  // An edge's volume is |edge| |d . normal| times the distance from the edge in the plane, so that over |edge| |d| it is foreshortened.
+  const Real dr = to_real(exact::to_vec(ray.direction));
   double length2[3];
   for (std::size_t k = 0; k < 3; ++k) {
-    const Vec edge = difference(p[(k + 1) % 3], p[k]);
-    const Real r{double(edge[0]), double(edge[1]), double(edge[2])};
+    const Real r = to_real(exact::difference(vertices[(k + 1) % 3], vertices[k]));
     length2[k] = dot(r, r);  // below 2^53: exact
   }
   const double longest = std::max({length2[0], length2[1], length2[2]}), d2 = dot(dr, dr);
@@ -117,11 +103,11 @@ ExactIntersection intersect_exactly(const contract::RayRecord& ray, const GridTr
   bool within = true, close = false;
   for (std::size_t k = 0; k < 3; ++k) {
     const double unit = kPositionUlp / std::sqrt(length2[k] * d2);
-    const double inside = static_cast<double>(dn < 0 ? -e[k] : e[k]) * unit;
+    const double inside = static_cast<double>(crossing.edge[k]) * unit;
     const bool is_longest = length2[k] == longest;
     const double band = is_longest ? kLongestEdgeBand : kEdgeBand;
-    // Beyond the opposite vertex: |d . n| is the e_k of that vertex. The test bounds it for the two shorter edges.
-    const double beyond = is_longest ? -inside : inside - static_cast<double>(dn < 0 ? -dn : dn) * unit;
+    // Beyond the opposite vertex: |d . n| is the volume at that vertex. The test bounds it for the two shorter edges.
+    const double beyond = is_longest ? -inside : inside - static_cast<double>(crossing.dn) * unit;
     result.outside = std::max({result.outside, -inside, beyond});
     within = within && -inside <= band && beyond <= band;
     close = close || inside <= band;

@@ -15,10 +15,11 @@ namespace retrace {
 
 /// A ray in world units. `direction` need not have unit length; t counts in its lengths. Hits with t_min <= t <= t_max count.
 struct WorldRay {
-  glm::dvec3 origin{0.0};
+  glm::dvec3 origin{0.0};  ///< relative to `center`
   double t_min = 0.0;
   glm::dvec3 direction{0.0, 0.0, 1.0};
   double t_max = 1e300;
+  glm::dvec3 center{0.0};  ///< that of the grid for rays from surfaces, which would lose their place far from 0
 };
 
 /// A quantised ray: what every engine traces, golden too. Codes of the number contract.

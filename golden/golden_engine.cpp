@@ -97,7 +97,7 @@ class GoldenEngine final : public Engine {
         throw Error("golden engine: triangle " + std::to_string(id) + " of the image is not in the scene");
       std::array<int, 3> order;
       make_unit_triangle(*found, &order);
-      triangles_.push_back(golden::make_unit_triangle(*found, order));
+      triangles_.push_back(make_triangle(*found, order));
     }
     max_depth_ = header.max_depth;
     for (int face = 0; face < 6; ++face) box_[face] = static_cast<std::int32_t>(header.box[face]) * kPositionUnit;
@@ -130,26 +130,20 @@ class GoldenEngine final : public Engine {
     return {split * kPositionUnit, (leaf ? child : 2 * child) * 4 + axis, parent};
   }
 
-  struct Best {
-    Candidate candidate;
-    double limit;
-    std::uint32_t id = contract::kNoTriangle;
-  };
-
   Hit trace_one(const contract::RayRecord& record, const TraceOptions& options, RayWork& work) const {
     const RayState ray = ray_setup(record);
-    Best best;
-    best.limit = ray.t_max;
+    Candidate best{};
+    best.t = ray.t_max;
     if (options.mailbox > 0) {
       Mailbox mailbox(options.mailbox);
       walk(ray, options.way_up, best, work, &mailbox);
     } else {
       walk(ray, options.way_up, best, work, static_cast<Mailbox*>(nullptr));
     }
-    return best.id == contract::kNoTriangle ? Hit{} : hit_finish(best.candidate, best.id);
+    return best.triangle == nullptr ? Hit{} : hit_finish(best);
   }
 
-  void walk(const RayState& ray, WayUp way_up, Best& best, RayWork& work, Mailbox* mailbox) const {
+  void walk(const RayState& ray, WayUp way_up, Candidate& best, RayWork& work, Mailbox* mailbox) const {
     if (way_up == WayUp::kStack) {
       walk_with_stack(ray, best, work, mailbox);
     } else {
@@ -158,7 +152,7 @@ class GoldenEngine final : public Engine {
   }
 
   /// Tests the references of a leaf. True if the ray is finished (any-hit).
-  bool test_leaf(std::uint32_t leaf, const RayState& ray, Best& best, RayWork& work, Mailbox* mailbox) const {
+  bool test_leaf(std::uint32_t leaf, const RayState& ray, Candidate& best, RayWork& work, Mailbox* mailbox) const {
     const auto [first, count] = ranges_[leaf];
     ++work.leaf;
     for (std::uint32_t i = first; i < first + count; ++i) {
@@ -168,20 +162,18 @@ class GoldenEngine final : public Engine {
         continue;
       }
       ++work.tests;
-      const UnitTriangle& triangle = triangles_[index];
+      const Triangle& triangle = triangles_[index];
+      if (&triangle == best.triangle) continue;  // the best hit so far, met again in the next leaf
       Candidate candidate;
-      if (!tri_test(triangle, ray, best.limit, candidate)) continue;
-      if (candidate.t == best.limit && best.id != contract::kNoTriangle && triangle.id > best.id) continue;
-      best.candidate = candidate;
-      best.limit = candidate.t;
-      best.id = triangle.id;
+      if (!tri_test(triangle, ray, best.t, candidate) || !is_nearer(candidate, best, ray)) continue;
+      best = candidate;
       if (ray.any) return true;
     }
     return false;
   }
 
   /// The customary walk: far children that the segment reaches go on a stack with the segment's end.
-  void walk_with_stack(const RayState& ray, Best& best, RayWork& work, Mailbox* mailbox) const {
+  void walk_with_stack(const RayState& ray, Candidate& best, RayWork& work, Mailbox* mailbox) const {
     struct Entry {
       std::uint32_t node;
       double t, t_end;
@@ -210,7 +202,7 @@ class GoldenEngine final : public Engine {
         }
         continue;
       }
-      if (test_leaf(at.child(), ray, best, work, mailbox) || best.limit <= t_end || height == 0) return;
+      if (test_leaf(at.child(), ray, best, work, mailbox) || best.t <= t_end || height == 0) return;
       const Entry& entry = stack[--height];
       node = entry.node;
       t = entry.t;
@@ -219,7 +211,8 @@ class GoldenEngine final : public Engine {
   }
 
   /// kd-backtrack: no stack, no boxes; the exit face of the leaf names the ancestor to turn at.
-  void walk_without_stack(const RayState& ray, bool parent_links, Best& best, RayWork& work, Mailbox* mailbox) const {
+  void walk_without_stack(const RayState& ray, bool parent_links, Candidate& best, RayWork& work,
+                          Mailbox* mailbox) const {
     std::uint32_t node = 0;
     double t = 0.0;
     while (true) {
@@ -232,7 +225,7 @@ class GoldenEngine final : public Engine {
       const std::uint32_t leaf = nodes_[node].child();
       const LeafExit exit = leaf_exit(ray, leaves_[leaf].bound);
       assert(exit.t_exit >= t);
-      if (test_leaf(leaf, ray, best, work, mailbox) || best.limit <= exit.t_exit) return;
+      if (test_leaf(leaf, ray, best, work, mailbox) || best.t <= exit.t_exit) return;
       t = exit.t_exit;
       if (parent_links) {
         if (!climb(leaves_[leaf].plane[exit.face], exit.face, node, work)) return;
@@ -262,7 +255,7 @@ class GoldenEngine final : public Engine {
   std::vector<ReferenceRange> ranges_;
   std::vector<LeafGeometry> leaves_;
   std::vector<std::uint32_t> references_;
-  std::vector<UnitTriangle> triangles_;
+  std::vector<Triangle> triangles_;
   std::array<double, 6> box_{};
   std::size_t max_depth_ = 0;
 };

@@ -20,7 +20,7 @@ std::int32_t round_code(double value, int frac, std::int64_t low, std::int64_t h
 GridRay quantise(const WorldRay& ray, const GridTransform& transform, const std::array<std::int32_t, 6>& box,
                  bool any) {
   for (int axis = 0; axis < 3; ++axis) {
-    if (!std::isfinite(ray.origin[axis])) throw Error("ray: origin is not finite");
+    if (!std::isfinite(ray.origin[axis] + ray.center[axis])) throw Error("ray: origin is not finite");
     if (!std::isfinite(ray.direction[axis])) throw Error("ray: direction is not finite");
   }
   if (std::isnan(ray.t_min) || std::isnan(ray.t_max)) throw Error("ray: t_min or t_max is not a number");
@@ -34,7 +34,8 @@ GridRay quantise(const WorldRay& ray, const GridTransform& transform, const std:
   if (!std::isfinite(length) || length < std::numeric_limits<double>::min())
     throw Error("ray: the length of the direction is out of range");
 
-  const glm::dvec3 origin = transform.to_grid(ray.origin);
+  const glm::dvec3 origin =
+      ray.center == transform.center ? ray.origin * transform.scale : transform.to_grid(ray.origin + ray.center);
   double enter = ray.t_min * length, leave = ray.t_max * length;
   bool outside = !(enter <= leave);
   for (int axis = 0; axis < 3; ++axis) {

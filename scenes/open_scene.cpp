@@ -9,7 +9,7 @@ namespace retrace {
 
 Scene open_scene(const std::string& spec) {
   std::error_code error;
-  if (std::filesystem::is_regular_file(spec, error)) return load_gltf(spec);
+  if (std::filesystem::is_regular_file(spec, error)) return load_gltf(spec, {.scene = {}, .posed = true});
   const std::size_t colon = spec.find(':');
   const std::string name = spec.substr(0, colon);
   bool known = false;

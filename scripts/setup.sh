@@ -5,7 +5,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-packages=(g++ clang cmake ninja-build ccache python3 python3-pip python3-venv pkg-config libglm-dev libtinygltf-dev libopenimageio-dev openimageio-tools
+packages=(g++ clang cmake ninja-build ccache python3 python3-pip python3-venv pkg-config libglm-dev libopenimageio-dev openimageio-tools
   libtbb-dev libcli11-dev nlohmann-json3-dev libgtest-dev libgmock-dev libembree-dev gappa assimp-testmodels clang-format clang-tidy
   libclang-rt-14-dev python3-clang-14 verilator make tcl unzip zlib1g-dev)
 # Without these the program works and their tests are skipped.

@@ -1,11 +1,13 @@
 # Packages the core as an IP in the vendor's format. Sourced by FuseSoC (target vivado_ip) inside the project it has made, or by hand:
 #   vivado -mode batch -source scripts/vivado_ip.tcl -tclargs OUTPUT_FOLDER [CONFIG]
-# CONFIG is a configuration of rtl/top/rt_core_pkg.sv, default ConfigEcp5. Writes OUTPUT_FOLDER/component.xml and the sources beside it.
+# CONFIG is a configuration of rtl/pkg/rt_config_pkg.sv, default ConfigEcp5. Writes OUTPUT_FOLDER/component.xml and the sources beside it.
 set root [file normalize [file join [file dirname [info script]] ..]]
 set output [expr {[llength $argv] > 0 ? [lindex $argv 0] : "retrace_ip"}]
 set config [expr {[llength $argv] > 1 ? [lindex $argv 1] : "ConfigEcp5"}]
-# Width of the data bus and lanes: the IP catalog shows them, and the wrapper has to agree with the package.
-array set data_bits {ConfigSmall 64 ConfigEcp5 64 ConfigEcp5l1 64 ConfigEcp5l2 64 ConfigEcp5l6 64 ConfigEcp5x128 128 ConfigWide 128}
+# Width of the data bus: the IP catalog shows it, and the wrapper has to agree with the package.
+set channel [open [file join $root rtl pkg rt_config_pkg.sv]]
+foreach {match name bits} [regexp -all -inline {localparam config_t (Config\w+) = '\{[^\}]*?data_bits: (\d+)} [read $channel]] { set data_bits($name) $bits }
+close $channel
 if {![info exists data_bits($config)]} {
   error "retrace: there is no configuration '$config'; there are: [lsort [array names data_bits]]"
 }

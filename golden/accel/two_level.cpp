@@ -113,7 +113,7 @@ void TwoLevel::build_object(Object& object) {
   const Scene& s = scene_.scene();
   WorldTriangles triangles;
   std::vector<glm::dmat4> world;
-  if (object.world_space) world = s.world_transforms();
+  if (object.world_space) world = s.mesh_transforms();
   for (const std::uint32_t node : object.nodes) {
     for (const Primitive& p : s.meshes[s.nodes[node].mesh].primitives) {
       for (const glm::uvec3& t : p.triangles) {
@@ -138,7 +138,7 @@ void TwoLevel::build_object(Object& object) {
 
 void TwoLevel::place_instances() {
   const Scene& s = scene_.scene();
-  const std::vector<glm::dmat4> world = s.world_transforms();
+  const std::vector<glm::dmat4> world = s.mesh_transforms();
   for (Instance& instance : instances_) {
     const Object& object = objects_[instance.object];
     const glm::dmat4 m = instance.node == kNone ? glm::dmat4(1.0) : world[instance.node];

@@ -13,8 +13,8 @@
 #include <memory>
 #include <vector>
 
-#include "animation.hpp"
 #include "golden/engine.hpp"
+#include "golden/scene/animation.hpp"
 #include "golden/scene/kd_builder.hpp"
 #include "kd.hpp"
 #include "structures.hpp"

@@ -57,7 +57,7 @@ Lighting::Lighting(const Surfaces& surfaces, const ViewCamera& camera, LightChoi
       const Light& light = scene.lights[node.light];
       Lamp lamp;
       lamp.type = light.type;
-      lamp.position = glm::dvec3(transforms[n][3]);
+      lamp.position = surfaces.from_world(glm::dvec3(transforms[n][3]));
       const glm::dvec3 axis = -glm::dvec3(transforms[n][2]);
       const double length = glm::length(axis);
       lamp.axis = length > 0 ? axis / length : glm::dvec3(0, 0, -1);
@@ -68,7 +68,8 @@ Lighting::Lighting(const Surfaces& surfaces, const ViewCamera& camera, LightChoi
       if (luminance(lamp.power) > 0 && std::isfinite(luminance(lamp.power))) lamps_.push_back(lamp);
     }
     bool emits = false;
-    for (const Material& material : scene.materials) emits = emits || luminance(material.emissive) > 0;
+    for (const Material& material : scene.materials)
+      emits = emits || (luminance(material.emissive) > 0 && !material.unlit);
     for (const GridTriangle& triangle : surfaces.grid().triangles) {
       if (!emits) break;
       const glm::dvec3 p0 = surfaces.vertex(triangle.id, 0), e1 = surfaces.vertex(triangle.id, 1) - p0,
@@ -98,7 +99,7 @@ Lighting::Lighting(const Surfaces& surfaces, const ViewCamera& camera, LightChoi
     // Over the left shoulder, near enough to the eye to be in the same room; falls off slowly, so its power follows the room's size.
     const double size = 1.0 / surfaces.grid().transform.scale;
     key.type = Light::Type::kPoint;
-    key.position = camera.eye() + (-0.06 * right + 0.08 * up) * size;
+    key.position = surfaces.from_world(camera.eye()) + (-0.06 * right + 0.08 * up) * size;
     key.power = glm::vec3(1.0f, 0.96f, 0.9f) * static_cast<float>(1.6 * size * size);
     sky.up = glm::vec3(0.34f, 0.36f, 0.40f);
     sky.down = glm::vec3(0.26f, 0.25f, 0.24f);

@@ -1,13 +1,14 @@
 // A float image in memory, the few drawing operations that legends need, and writing it through OpenImageIO.
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <glm/glm.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "golden/base/output_file.hpp"
 #include "golden/image/colormap.hpp"
-#include "golden/image/output_file.hpp"
 
 namespace retrace {
 
@@ -37,12 +38,21 @@ void blit(Raster& target, const Raster& source, int x, int y);
 /// beyond it; the legend then names the greatest as well.
 Raster heat_map(const Raster& values, ColorMap map, const std::string& title, double low = 0.0, double high = 0.0);
 
-/// Kinds of file by extension: .png, .jpg, .tif, ... hold encoded colours, .exr and .hdr linear ones. Throws Error for an extension
-/// that OpenImageIO cannot write.
+/// Kinds of file by extension: .png, .jpg, .tif, ... hold encoded colours; .exr and .hdr (.rgbe) linear ones. Devices, FIFOs and
+/// descriptors without an extension get .png. Throws Error for an extension that OpenImageIO cannot write.
 bool is_linear_format(const std::filesystem::path& path);
 
-/// Writes a raster to the temporary file of `output`; 8 bits a channel, or 32-bit float for linear formats. `channel_names` may be
-/// empty (R, G, B, A or Y). Throws Error that names the file.
+/// Whether the format of `path` takes a picture of this size, before it is made. Throws Error.
+void check_raster(const std::filesystem::path& path, int width, int height, int channels);
+
+/// A raster as a file in the format of `path`: 8 bits a channel, or 32-bit float for linear formats, without the fourth channel where the
+/// format has none. `channel_names` may be empty (R, G, B, A or Y). Throws Error that names the file.
+std::string encode_raster(const std::filesystem::path& path, const Raster& raster,
+                          const std::vector<std::string>& channel_names = {});
+/// Whole numbers of 32 bits, one a pixel, as an OpenEXR file with the channel `channel`: a float holds them only up to 2^24.
+void write_ids(OutputFile& output, int width, int height, const std::vector<std::uint32_t>& ids,
+               const std::string& channel);
+/// A raster as the contents of `output`.
 void write_raster(OutputFile& output, const Raster& raster, const std::vector<std::string>& channel_names = {});
 
 /// Writes one file whole. Throws Error.

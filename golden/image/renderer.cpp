@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/gtc/type_ptr.hpp>
 #include <limits>
 #include <numeric>
 
@@ -26,7 +27,8 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr int kMaxSize = 16384;
 constexpr std::size_t kWave = std::size_t{1} << 18;  ///< rays handed to an engine at once
-constexpr int kMaxLayers = 32;                       ///< transparent surfaces that one ray may pass
+constexpr int kMaxLayers = 1024;                     ///< transparent surfaces that one ray may pass; the last is opaque
+constexpr std::size_t kMaxTasks = std::size_t{1} << 18;  ///< surfaces that wait to be shaded
 
 template <class Body>
 void parallel(std::size_t n, std::size_t grain, const Body& body) {
@@ -94,6 +96,7 @@ struct Tracer {
   std::vector<Hit> hits;
   std::vector<RayWork> work;
   double quantise_s = 0, trace_s = 0;
+  std::uint64_t cut = 0;  ///< rays that have passed kMaxLayers surfaces
 
   void run(std::span<const WorldRay> rays, bool any, WorkTotals& totals) {
     grid.resize(rays.size());
@@ -166,6 +169,8 @@ void transmittance(Tracer& tracer, std::span<const WorldRay> rays, std::vector<f
     open.resize(kept);
     owner.resize(kept);
   }
+  tracer.cut += open.size();
+  for (const std::uint32_t o : owner) passed[o] = 0.0f;
 }
 
 /// A surface to be shaded: of one camera sample, with the weight that its radiance has there.
@@ -199,8 +204,8 @@ struct Shader {
       const std::size_t n = std::min(most, tasks.size() - first);
       for (std::size_t i = 0; i < n; ++i) {
         const Task& task = tasks[first + i];
-        radiance[first + i] = task.point.emissive;
-        if (!ambient || ao > 0) continue;
+        radiance[first + i] = task.point.unlit ? glm::vec3(task.point.base) : task.point.emissive;
+        if (!ambient || ao > 0 || task.point.unlit) continue;
         const Reflectance r = reflectance(task.point);
         radiance[first + i] +=
             r.diffuse * lighting.sky.average(task.point.normal) +
@@ -211,6 +216,7 @@ struct Shader {
            [&](std::size_t i, std::vector<WorldRay>& rays, std::vector<Light>& out) {
              static thread_local std::vector<LightSample> samples;
              const Task& task = tasks[first + i];
+             if (task.point.unlit) return;
              lighting.sample(task.point, options.light_samples, sample_index(first + i), seed(first + i), samples);
              const Reflectance r = reflectance(task.point);
              for (const LightSample& s : samples) {
@@ -224,6 +230,7 @@ struct Shader {
       cast(tasks.subspan(first, n), ao, true, *occlusion, radiance.data() + first,
            [&](std::size_t i, std::vector<WorldRay>& rays, std::vector<Light>& out) {
              const Task& task = tasks[first + i];
+             if (task.point.unlit) return;
              const Reflectance r = reflectance(task.point);
              const glm::vec3 specular =
                  ambient_specular(task.point, r, task.view) * mirrored_sky(lighting.sky, task.point, task.view);
@@ -299,6 +306,7 @@ glm::vec3 bounced_light(Tracer& tracer, const ViewCamera& camera, const Lighting
     Task task;
     task.view = rays[i].direction;
     task.point = tracer.surfaces.at(tracer.hits[i], task.view);
+    if (task.point.unlit) continue;
     task.point.emissive = glm::vec3(0.0f);
     // Seen as matt, so that a highlight in the picture does not count as light on everything.
     task.point.roughness = 1.0f;
@@ -325,14 +333,14 @@ glm::vec3 bounced_light(Tracer& tracer, const ViewCamera& camera, const Lighting
 
 /// Exposure that brings the picture's middle to a middle grey: log-average of the covered pixels (E. Reinhard et al., "Photographic tone
 /// reproduction for digital images", SIGGRAPH 2002, section 3), which leaves the brightest hundredth some room.
-double well_exposed(const Raster& color) {
+double well_exposed(const Raster& color, const Raster& unlit) {
   std::vector<float> values;
   double sum = 0;
   for (int y = 0; y < color.height; ++y) {
     for (int x = 0; x < color.width; ++x) {
-      const float* p = color.at(x, y);
-      if (p[3] < 0.5f) continue;
-      const float l = luminance({p[0], p[1], p[2]}) / p[3];
+      const float *p = color.at(x, y), *u = unlit.at(x, y);
+      if (p[3] - u[3] < 0.5f) continue;
+      const float l = luminance({p[0] - u[0], p[1] - u[1], p[2] - u[2]}) / (p[3] - u[3]);
       if (!(l > 0) || !std::isfinite(l)) continue;
       values.push_back(l);
       sum += std::log(static_cast<double>(l));
@@ -393,6 +401,7 @@ RenderResult render(const Surfaces& surfaces, const ViewCamera& camera, const st
 
   RenderResult result;
   result.color = Raster(width, height, 4);
+  result.unlit = Raster(width, height, 4);
   result.albedo = Raster(width, height, 3);
   result.normal = Raster(width, height, 3);
   result.depth = Raster(width, height, 1, std::numeric_limits<float>::infinity());
@@ -412,6 +421,7 @@ RenderResult render(const Surfaces& surfaces, const ViewCamera& camera, const st
       options.ao_distance > 0 ? options.ao_distance : (1.0 / 3.0) / surfaces.grid().transform.scale;
   Shader shader{tracer, lighting, options, ao_distance, &result.shadow, &result.occlusion};
 
+  const glm::dvec3 eye = surfaces.from_world(camera.eye());
   const std::vector<std::uint32_t> order = tiled_order(width, height);
   const std::size_t chunk = std::max<std::size_t>(1, (std::size_t{1} << 16) / spp);  // pixels a wave
   const float inverse = 1.0f / static_cast<float>(spp);
@@ -422,6 +432,7 @@ RenderResult render(const Surfaces& surfaces, const ViewCamera& camera, const st
   std::vector<int> attempts;
   std::vector<float> weight;
   std::vector<glm::vec3> sample_radiance, radiance;
+  std::vector<glm::vec4> sample_unlit;
   std::vector<float> sample_cover;
   std::vector<Task> tasks, layer_tasks;
   std::vector<std::uint8_t> goes_on, shaded;
@@ -436,8 +447,19 @@ RenderResult render(const Surfaces& surfaces, const ViewCamera& camera, const st
     attempts.assign(samples, 0);
     weight.assign(samples, 1.0f);
     sample_radiance.assign(samples, glm::vec3(0.0f));
+    sample_unlit.assign(samples, glm::vec4(0.0f));
     sample_cover.assign(samples, 0.0f);
     tasks.clear();
+    const auto shade = [&] {
+      shader.shade(
+          tasks, [&](std::size_t i) { return static_cast<std::uint32_t>(tasks[i].sample % spp); },
+          [&](std::size_t i) { return hash_combine(seed_of(tasks[i].sample), 0x5348u); }, true, radiance);
+      for (std::size_t i = 0; i < tasks.size(); ++i) {
+        sample_radiance[tasks[i].sample] += radiance[i] * tasks[i].weight;
+        if (tasks[i].point.unlit) sample_unlit[tasks[i].sample] += glm::vec4(radiance[i], 1.0f) * tasks[i].weight;
+      }
+      tasks.clear();
+    };
     parallel(samples, 2048, [&](std::size_t s) {
       const std::uint32_t pixel = pixel_of(s);
       const glm::dvec2 where = spp == 1
@@ -464,7 +486,7 @@ RenderResult render(const Surfaces& surfaces, const ViewCamera& camera, const st
         task.point = surfaces.at(hit, task.view);
         attempts[s] = hit.id == last[s] ? attempts[s] + 1 : 0;
         last[s] = hit.id;
-        const float alpha = attempts[s] == 0 ? task.point.base.a : 0.0f;
+        const float alpha = attempts[s] > 0 ? 0.0f : layer + 1 == kMaxLayers ? 1.0f : task.point.base.a;
         task.weight = weight[s] * alpha;
         shaded[i] = task.weight > 0;
         weight[s] *= 1.0f - alpha;
@@ -473,7 +495,7 @@ RenderResult render(const Surfaces& surfaces, const ViewCamera& camera, const st
           result.id[pixel] = hit.id;
           const int x = static_cast<int>(pixel) % width, y = static_cast<int>(pixel) / width;
           *result.depth.at(x, y) =
-              static_cast<float>(-glm::dot(task.point.position - camera.eye(), glm::dvec3(camera.world[2])));
+              static_cast<float>(-glm::dot(task.point.position - eye, glm::dvec3(camera.world[2])));
           result.normal.set_rgb(x, y, glm::vec3(task.point.normal));
         }
         if (weight[s] > 1e-3f) {
@@ -497,6 +519,7 @@ RenderResult render(const Surfaces& surfaces, const ViewCamera& camera, const st
               layer_tasks[i].point.base[c] * layer_tasks[i].weight * inverse;
         }
       }
+      if (layer + 1 == kMaxLayers) tracer.cut += rays.size();
       std::size_t kept = 0;
       for (std::size_t i = 0; i < rays.size(); ++i) {
         if (!goes_on[i]) continue;
@@ -505,21 +528,21 @@ RenderResult render(const Surfaces& surfaces, const ViewCamera& camera, const st
       }
       rays.resize(kept);
       owner.resize(kept);
+      if (tasks.size() > kMaxTasks) shade();
     }
-
-    shader.shade(
-        tasks, [&](std::size_t i) { return static_cast<std::uint32_t>(tasks[i].sample % spp); },
-        [&](std::size_t i) { return hash_combine(seed_of(tasks[i].sample), 0x5348u); }, true, radiance);
-    for (std::size_t i = 0; i < tasks.size(); ++i) sample_radiance[tasks[i].sample] += radiance[i] * tasks[i].weight;
+    shade();
     for (std::size_t s = 0; s < samples; ++s) {
       float* p = result.color.data.data() + 4 * static_cast<std::size_t>(pixel_of(s));
       for (int c = 0; c < 3; ++c) p[c] += sample_radiance[s][c] * inverse;
       p[3] += sample_cover[s] * inverse;
+      float* u = result.unlit.data.data() + 4 * static_cast<std::size_t>(pixel_of(s));
+      for (int c = 0; c < 4; ++c) u[c] += sample_unlit[s][c] * inverse;
     }
     if (options.progress) options.progress(static_cast<double>(begin + count) / static_cast<double>(pixels));
   }
 
-  result.exposure = lighting.is_rig() ? 1.0 : well_exposed(result.color);
+  result.exposure = lighting.is_rig() ? 1.0 : well_exposed(result.color, result.unlit);
+  result.cut_rays = tracer.cut;
   result.quantise_s = tracer.quantise_s;
   result.trace_s = tracer.trace_s;
   result.total_s = now() - start;
@@ -540,7 +563,13 @@ Raster develop(const RenderResult& result, double exposure) {
       const float cover = glm::clamp(p[3], 0.0f, 1.0f);
       glm::vec3 shown(0.0f);
       if (cover > 0.0f) {
-        shown = tone_map(glm::vec3(p[0], p[1], p[2]) * (static_cast<float>(exposure) / cover));
+        // Unlit surfaces show their colours as they are; the rest is exposed.
+        const glm::vec4 unlit = result.unlit.width > 0 ? glm::make_vec4(result.unlit.at(x, y)) : glm::vec4(0.0f);
+        const float lit = p[3] - unlit.a;
+        if (lit > 1e-6f * p[3])
+          shown = tone_map((glm::vec3(p[0], p[1], p[2]) - glm::vec3(unlit)) * (static_cast<float>(exposure) / lit)) *
+                  (lit / p[3]);
+        shown += glm::vec3(unlit) / p[3];
       }
       image.set_rgb(x, y, srgb_encode(glm::mix(srgb_decode(backdrop), shown, cover)));
     }
@@ -549,16 +578,17 @@ Raster develop(const RenderResult& result, double exposure) {
 }
 
 std::span<const Aov> known_aovs() {
-  static constexpr std::array<Aov, 10> kAovs = {{{"depth", "distance along the viewing axis, world units"},
-                                                 {"normal", "interpolated world normal, turned towards the camera"},
-                                                 {"albedo", "base colour with textures"},
-                                                 {"id", "triangle id"},
-                                                 {"steps", "node visits of the camera rays: down + up + leaf"},
-                                                 {"down", "interior nodes visited on the way down"},
-                                                 {"up", "ancestors visited on the way up"},
-                                                 {"leaf", "leaves visited"},
-                                                 {"tests", "triangle tests"},
-                                                 {"skipped", "tests that the mailbox saved"}}};
+  static constexpr std::array<Aov, 10> kAovs = {
+      {{"depth", "distance along the viewing axis, world units"},
+       {"normal", "interpolated world normal, turned towards the camera"},
+       {"albedo", "base colour with textures"},
+       {"id", "triangle id, an unsigned integer; 4294967295 where nothing is hit"},
+       {"steps", "node visits of the camera rays: down + up + leaf"},
+       {"down", "interior nodes visited on the way down"},
+       {"up", "ancestors visited on the way up"},
+       {"leaf", "leaves visited"},
+       {"tests", "triangle tests"},
+       {"skipped", "tests that the mailbox saved"}}};
   return kAovs;
 }
 
@@ -576,19 +606,12 @@ Raster aov_data(const RenderResult& result, const std::string& name) {
     for (std::size_t i = 0; i < sum.data.size(); ++i) sum.data[i] += result.up.data[i] + result.leaf.data[i];
     return sum;
   }
-  if (name == "id") {
-    // Exact in a float up to 2^24, which is as many as an image can hold; -1 where nothing is hit.
-    Raster ids(result.depth.width, result.depth.height, 1);
-    for (std::size_t i = 0; i < ids.data.size(); ++i) {
-      ids.data[i] = result.id[i] == kNone ? -1.0f : static_cast<float>(result.id[i]);
-    }
-    return ids;
-  }
+  if (name == "id") throw Error("triangle ids do not fit floats: they are RenderResult::id");
   throw Error("there is no AOV '" + name + "'");
 }
 
 Raster aov_picture(const RenderResult& result, const std::string& name, ColorMap map) {
-  const Raster data = aov_data(result, name);
+  const Raster data = name == "id" ? result.depth : aov_data(result, name);  // of ids only the size is looked at
   if (name == "depth") return heat_map(data, ColorMap::kViridis, "depth");
   if (name != "normal" && name != "albedo" && name != "id") return heat_map(data, map, name + " per ray");
   Raster picture(data.width, data.height, 3);

@@ -36,6 +36,7 @@ struct WorkTotals {
 
 struct RenderResult {
   Raster color;   ///< linear RGB radiance and coverage; background is 0 with coverage 0
+  Raster unlit;   ///< the part of `color` that unlit surfaces show, which no exposure changes
   Raster depth;   ///< along the viewing axis, world units; infinite where nothing is hit. Of each pixel's first sample
   Raster normal;  ///< world, unit; 0 where nothing is hit. Of each pixel's first sample
   Raster albedo;  ///< linear base colour
@@ -44,8 +45,9 @@ struct RenderResult {
 
   WorkTotals camera, shadow, occlusion;  ///< rays and work by kind; rays that miss the scene box count as rays
   double quantise_s = 0, trace_s = 0, shade_s = 0, total_s = 0;
-  std::string lights;     ///< what lit the picture
-  double exposure = 1.0;  ///< factor that makes `color` well exposed
+  std::uint64_t cut_rays = 0;  ///< that passed as many transparent surfaces as are followed; the last counted as opaque
+  std::string lights;          ///< what lit the picture
+  double exposure = 1.0;       ///< factor that makes `color` well exposed
 };
 
 /// Throws Error for sizes out of range and what an engine throws.
@@ -69,7 +71,7 @@ struct Aov {
   const char* help;
 };
 std::span<const Aov> known_aovs();
-/// The AOV as data (for .exr) and as a picture to look at (for .png). Throws Error for an unknown name.
+/// The AOV as data (for .exr; ids are not floats: see write_ids()) and as a picture to look at (for .png). Throws Error for an unknown name.
 Raster aov_data(const RenderResult& result, const std::string& name);
 Raster aov_picture(const RenderResult& result, const std::string& name, ColorMap map);
 

@@ -86,7 +86,7 @@ Surfaces::Surfaces(const Scene& scene, const WorldTriangles& world, const GridSc
       index_[grid.triangles[i].id] = static_cast<std::uint32_t>(i);
     }
   });
-  for (const glm::dmat4& matrix : scene.world_transforms()) {
+  for (const glm::dmat4& matrix : scene.mesh_transforms()) {
     const glm::dmat3 linear(matrix);
     // A singular transform has no normal matrix; its triangles keep their geometric normals.
     mirrors_.push_back(glm::determinant(linear) < 0.0);
@@ -113,7 +113,7 @@ bool Surfaces::transparent(std::uint32_t id) const {
 
 glm::dvec3 Surfaces::vertex(std::uint32_t id, int corner) const {
   const GridPoint& p = grid_.triangles[index_[id]].vertices[static_cast<std::size_t>(corner)];
-  return grid_.transform.to_world(glm::dvec3(p) * (1.0 / (1 << contract::kPositionFrac)));
+  return glm::dvec3(p) * (1.0 / (1 << contract::kPositionFrac)) / grid_.transform.scale;
 }
 
 glm::dvec3 Surfaces::file_barycentrics(const Hit& hit) const {
@@ -131,6 +131,7 @@ glm::dvec3 Surfaces::file_barycentrics(const Hit& hit) const {
 WorldRay Surfaces::leave(const SurfacePoint& point, const glm::dvec3& direction, double distance) const {
   WorldRay ray;
   ray.origin = point.position + point.geometric * offset();
+  ray.center = grid_.transform.center;
   ray.direction = direction;
   ray.t_max = distance;
   return ray;
@@ -161,7 +162,7 @@ SurfacePoint Surfaces::at(const Hit& hit, const glm::dvec3& direction) const {
   point.base = material.base_color;
   point.texcoord = texcoord_of(shape, material.base_texcoord, corners, b);
   if (material.base_texture < scene_.textures.size()) {
-    point.base *= sample_texture(scene_.textures[material.base_texture], point.texcoord);
+    point.base *= sample_texture(scene_.textures[material.base_texture], material.base_transform.apply(point.texcoord));
   }
   if (!shape.colors.empty()) point.base *= blend(shape.colors, corners, b);
   if (material.alpha == Material::Alpha::kOpaque) {
@@ -173,11 +174,23 @@ SurfacePoint Surfaces::at(const Hit& hit, const glm::dvec3& direction) const {
   const bool back = turned != (mirrors_[source.node] != 0);
   point.emissive = back && !material.double_sided ? glm::vec3(0.0f) : material.emissive;
   if (material.emissive_texture < scene_.textures.size()) {
-    point.emissive *= glm::vec3(sample_texture(scene_.textures[material.emissive_texture],
-                                               texcoord_of(shape, material.emissive_texcoord, corners, b)));
+    point.emissive *= glm::vec3(
+        sample_texture(scene_.textures[material.emissive_texture],
+                       material.emissive_transform.apply(texcoord_of(shape, material.emissive_texcoord, corners, b))));
   }
-  point.metallic = glm::clamp(material.metallic, 0.0f, 1.0f);
-  point.roughness = glm::clamp(material.roughness, 0.0f, 1.0f);
+  point.metallic = material.metallic;
+  point.roughness = material.roughness;
+  if (material.surface_texture < scene_.textures.size()) {
+    const glm::vec4 factors =
+        sample_texture(scene_.textures[material.surface_texture],
+                       material.surface_transform.apply(texcoord_of(shape, material.surface_texcoord, corners, b)));
+    point.roughness *= factors.g;
+    point.metallic *= factors.b;
+  }
+  point.metallic = glm::clamp(point.metallic, 0.0f, 1.0f);
+  point.roughness = glm::clamp(point.roughness, 0.0f, 1.0f);
+  point.unlit = material.unlit;
+  if (point.unlit) point.emissive = glm::vec3(0.0f);
   return point;
 }
 

@@ -20,16 +20,18 @@ glm::vec4 sample_texture(const Texture& texture, glm::vec2 uv);
 
 struct SurfacePoint {
   std::uint32_t id = kNone;   ///< triangle
-  glm::dvec3 position{0.0};   ///< world, on the snapped triangle
+  glm::dvec3 position{0.0};   ///< relative to the centre of the grid, on the snapped triangle
   glm::dvec3 geometric{0.0};  ///< unit normal of the triangle on the side that the ray came from
   glm::dvec3 normal{0.0};     ///< interpolated unit normal on that side
   glm::vec2 texcoord{0.0f};
   glm::vec4 base{1.0f};      ///< base colour, linear; alpha is 1 for opaque materials, 0 or 1 for masked ones
   glm::vec3 emissive{0.0f};  ///< 0 on the back of a single-sided material
   float metallic = 0.0f, roughness = 1.0f;
+  bool unlit = false;  ///< shows its base colour
 };
 
-/// Scene, world triangles and snapped triangles as shading needs them: by triangle id.
+/// Scene, world triangles and snapped triangles as shading needs them: by triangle id. Positions are in world units
+/// relative to the centre of the grid, so that they are as fine as the grid wherever the scene lies.
 class Surfaces {
  public:
   /// The three must outlive this.
@@ -40,7 +42,7 @@ class Surfaces {
   SurfacePoint at(const Hit& hit, const glm::dvec3& direction) const;
   /// Barycentrics of the three vertices in the order of the file.
   glm::dvec3 file_barycentrics(const Hit& hit) const;
-  /// Vertex of a snapped triangle in world units.
+  /// Vertex of a snapped triangle, relative to the centre of the grid.
   glm::dvec3 vertex(std::uint32_t id, int corner) const;
   /// Unit normal of the side that glTF calls the front: counter-clockwise, the other way round where the node mirrors.
   glm::dvec3 front(std::uint32_t id) const;
@@ -53,6 +55,8 @@ class Surfaces {
   const GridScene& grid() const { return grid_; }
   /// Index into GridScene::triangles, kNone for a degenerate triangle or an id that does not exist.
   std::uint32_t grid_index(std::uint32_t id) const { return id < index_.size() ? index_[id] : kNone; }
+  /// A world position relative to the centre of the grid.
+  glm::dvec3 from_world(const glm::dvec3& world) const { return world - grid_.transform.center; }
   /// kSurfaceOffset in world units.
   double offset() const { return kSurfaceOffset / grid_.transform.scale; }
   const Primitive& primitive(std::uint32_t id) const;

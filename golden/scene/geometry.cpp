@@ -33,8 +33,16 @@ std::string describe(const Scene& scene, const Part& part) {
 
 bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
-/// Two vertices at the same place: of zero area whatever the scale, so such a triangle has no say in the scale.
-bool collapsed(const std::array<glm::dvec3, 3>& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
+/// Of zero area whatever the scale, so such a triangle has no say in the scale: two vertices at the same place, or all
+/// on a line as far as doubles can tell.
+bool collapsed(const std::array<glm::dvec3, 3>& t) {
+  if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return true;
+  const auto largest = [](const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); };
+  const glm::dvec3 a = t[1] * 0.5 - t[0] * 0.5, b = t[2] * 0.5 - t[0] * 0.5;
+  const double size_a = largest(a), size_b = largest(b);
+  if (!(size_a > 0 && size_b > 0)) return true;
+  return largest(glm::cross(a / size_a, b / size_b)) <= 0x1p-50;
+}
 
 struct Bounds {
   glm::dvec3 lower{std::numeric_limits<double>::infinity()}, upper{-std::numeric_limits<double>::infinity()};
@@ -53,7 +61,7 @@ bool has_area(const std::array<GridPoint, 3>& t) {
 }  // namespace
 
 WorldTriangles flatten(const Scene& scene) {
-  const std::vector<glm::dmat4> world = scene.world_transforms();
+  const std::vector<glm::dmat4> world = scene.mesh_transforms();
   std::vector<Part> parts;
   std::size_t total = 0;
   for (const std::uint32_t node : scene.reachable()) {

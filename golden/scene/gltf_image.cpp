@@ -30,11 +30,22 @@ const char* format_of(std::span<const std::uint8_t> bytes) {
   return nullptr;
 }
 
+/// Names what else is found in glTF files.
+std::string foreign(std::span<const std::uint8_t> bytes) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 16));
+  if (text.substr(0, 4) == "RIFF" && text.size() >= 12 && text.substr(8, 4) == "WEBP") return " (but WebP)";
+  if (text.substr(0, 4) == "GIF8") return " (but GIF)";
+  if (text.substr(0, 2) == "BM") return " (but BMP)";
+  if (text.substr(0, 4) == "DDS ") return " (but DDS)";
+  if (text.size() >= 8 && text.substr(1, 4) == "KTX ") return " (but KTX)";
+  return "";
+}
+
 void check_size(std::uint64_t width, std::uint64_t height, std::uint64_t max_texels) {
   if (width == 0 || height == 0 || width > kMaxImageSide || height > kMaxImageSide)
     throw Error("is " + std::to_string(width) + " x " + std::to_string(height) + " pixels; 1 to " +
                 std::to_string(kMaxImageSide) + " on a side are supported");
-  if (width * height > max_texels) throw Error("the images of the file have too many pixels in total");
+  if (width * height > max_texels) throw Error("has more than " + std::to_string(max_texels) + " pixels");
 }
 
 /// The chunks that matter, whole and with the right checksums.
@@ -75,9 +86,9 @@ std::string one_line(std::string text) {
 
 }  // namespace
 
-Texture decode_image(std::span<const std::uint8_t> bytes, std::uint64_t max_texels) {
+Texture decode_image(std::span<const std::uint8_t> bytes, std::uint64_t max_texels, Content content) {
   const char* format = format_of(bytes);
-  if (!format) throw Error("is neither PNG nor JPEG");
+  if (!format) throw Error("is neither PNG nor JPEG" + foreign(bytes));
   std::vector<std::uint8_t> plain;
   if (format[0] == 'p') {
     plain = plain_png(bytes, max_texels);
@@ -116,20 +127,45 @@ Texture decode_image(std::span<const std::uint8_t> bytes, std::uint64_t max_texe
       for (std::size_t i = 0; i < t.size(); ++i) t[i] = linear(static_cast<float>(i) / 255.0f);
       return t;
     }();
+    static const std::array<float, 256> plain_table = [] {
+      std::array<float, 256> t;
+      for (std::size_t i = 0; i < t.size(); ++i) t[i] = static_cast<float>(i) / 255.0f;
+      return t;
+    }();
+    const auto& colour = content == Content::kColor ? table : plain_table;
     std::vector<std::uint8_t> raw(count * stride);
     read = input->read_image(0, 0, 0, channels, OIIO::TypeDesc::UINT8, raw.data());
     if (read)
       fill(
-          raw, [&](std::uint8_t x) { return table[x]; }, [](std::uint8_t x) { return static_cast<float>(x) / 255.0f; });
+          raw, [&](std::uint8_t x) { return colour[x]; },
+          [](std::uint8_t x) { return static_cast<float>(x) / 255.0f; });
   } else {
     std::vector<float> raw(count * stride);
     read = input->read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, raw.data());
     if (read)
       fill(
-          raw, [](float x) { return linear(x); }, [](float x) { return x; });
+          raw, [&](float x) { return content == Content::kColor ? linear(x) : x; }, [](float x) { return x; });
   }
   if (!read) throw Error("cannot be decoded: " + one_line(input->geterror()));
   return texture;
+}
+
+void halve(Texture& texture) {
+  const int width = std::max(texture.width / 2, 1), height = std::max(texture.height / 2, 1);
+  const auto texel = [&](int x, int y) {
+    return texture
+        .texels[static_cast<std::size_t>(std::min(y, texture.height - 1)) * static_cast<std::size_t>(texture.width) +
+                static_cast<std::size_t>(std::min(x, texture.width - 1))];
+  };
+  std::vector<glm::vec4> texels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      texels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] =
+          0.25f *
+          (texel(2 * x, 2 * y) + texel(2 * x + 1, 2 * y) + texel(2 * x, 2 * y + 1) + texel(2 * x + 1, 2 * y + 1));
+  texture.width = width;
+  texture.height = height;
+  texture.texels = std::move(texels);
 }
 
 }  // namespace retrace::gltf

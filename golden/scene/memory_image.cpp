@@ -11,7 +11,6 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 #include <cerrno>
 #include <cmath>
@@ -21,6 +20,7 @@
 #include <system_error>
 #include <utility>
 
+#include "golden/base/output_file.hpp"
 #include "kd_builder.hpp"
 
 namespace retrace {
@@ -499,36 +499,9 @@ MemoryImage MemoryImage::load(const std::filesystem::path& path) {
 }
 
 void MemoryImage::save(const std::filesystem::path& path) const {
-  const auto fail_file = [&](const std::string& what) { throw Error(path.string() + ": cannot write: " + what); };
-  std::error_code error;
-  // A link is followed: what it points to is replaced, not the link. A device or folder is not replaced at all.
-  const std::filesystem::path target = std::filesystem::weakly_canonical(path, error);
-  if (error) fail_file(error.message());
-  const auto status = std::filesystem::status(target, error);
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) fail_file("not a regular file");
-
-  static std::atomic<unsigned> serial{0};
-  const std::filesystem::path temporary =
-      target.string() + ".tmp" + std::to_string(::getpid()) + "." + std::to_string(serial.fetch_add(1));
-  File file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-  if (file.descriptor < 0) fail_file(errno_text());
-  std::string reason;
-  const auto* from = reinterpret_cast<const char*>(words_.data());
-  for (std::uint64_t done = 0; done < bytes() && reason.empty();) {
-    const ssize_t put = ::write(file.descriptor, from + done, std::min<std::uint64_t>(bytes() - done, 1u << 30));
-    if (put < 0 && errno == EINTR) continue;
-    if (put < 0)
-      reason = errno_text();
-    else
-      done += static_cast<std::uint64_t>(put);
-  }
-  // close() may be the first to report a full disk (network file systems).
-  if (reason.empty() && ::close(std::exchange(file.descriptor, -1)) != 0) reason = errno_text();
-  if (reason.empty() && ::rename(temporary.c_str(), target.c_str()) != 0) reason = errno_text();
-  if (!reason.empty()) {
-    ::unlink(temporary.c_str());
-    fail_file(reason);
-  }
+  OutputFile file(path);
+  file.refer(file_bytes());
+  file.commit();
 }
 
 GridTransform MemoryImage::transform() const {

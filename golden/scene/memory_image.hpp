@@ -7,6 +7,7 @@
 #include <iosfwd>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "contract_records.hpp"
@@ -36,8 +37,10 @@ class MemoryImage {
 
   /// Reads a file written by save(). Throws Error that names the file and what is wrong with it.
   static MemoryImage load(const std::filesystem::path& path);
-  /// Writes the whole image or nothing (temporary file, then rename). Throws Error.
+  /// Writes file_bytes() (golden/base/output_file.hpp). Throws Error.
   void save(const std::filesystem::path& path) const;
+  /// The image as it stands in a file.
+  std::string_view file_bytes() const { return {reinterpret_cast<const char*>(words_.data()), bytes()}; }
 
   const contract::HeaderRecord& header() const { return header_; }
   std::span<const std::uint64_t> words() const { return words_; }

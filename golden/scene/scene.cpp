@@ -3,6 +3,7 @@
 #include "golden/scene/scene.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
 namespace retrace {
@@ -10,6 +11,12 @@ namespace retrace {
 glm::dmat4 Node::local() const {
   if (has_matrix) return matrix;
   return glm::translate(glm::dmat4(1.0), translation) * glm::mat4_cast(rotation) * glm::scale(glm::dmat4(1.0), scale);
+}
+
+glm::vec2 TextureTransform::apply(glm::vec2 uv) const {
+  const float c = std::cos(rotation), s = std::sin(rotation);
+  const glm::vec2 scaled = uv * scale;
+  return offset + glm::vec2(c * scaled.x + s * scaled.y, -s * scaled.x + c * scaled.y);
 }
 
 std::vector<std::uint32_t> Scene::reachable() const {
@@ -35,6 +42,13 @@ std::vector<glm::dmat4> Scene::world_transforms() const {
     world[node] = below ? world[parent] * nodes[node].local() : nodes[node].local();
     done[node] = true;
   }
+  return world;
+}
+
+std::vector<glm::dmat4> Scene::mesh_transforms() const {
+  std::vector<glm::dmat4> world = world_transforms();
+  for (std::size_t node = 0; node < nodes.size(); ++node)
+    if (nodes[node].mesh_frame) world[node] = *nodes[node].mesh_frame;
   return world;
 }
 

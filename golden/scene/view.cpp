@@ -37,12 +37,13 @@ glm::dmat4 orthonormal(const glm::dmat4& m, const std::string& what) {
 /// From the right, above and in front, far enough for every corner of the bounding box to be in an image of 4:3.
 ViewCamera framing(const WorldTriangles& triangles) {
   glm::dvec3 lower(std::numeric_limits<double>::infinity()), upper(-std::numeric_limits<double>::infinity());
-  for (const auto& triangle : triangles.vertices)
-    for (const glm::dvec3& p : triangle) {
+  const GridScene grid = snap(triangles);  // what it drops is not seen
+  for (const GridTriangle& triangle : grid.triangles)
+    for (const glm::dvec3& p : triangles.vertices[triangle.id]) {
       lower = glm::min(lower, p);
       upper = glm::max(upper, p);
     }
-  if (triangles.vertices.empty()) {
+  if (grid.triangles.empty()) {
     lower = glm::dvec3(-1.0);
     upper = glm::dvec3(1.0);
   }
@@ -90,6 +91,9 @@ WorldRay ViewCamera::ray(double px, double py, int width, int height) const {
     ray.origin = eye() + right * (x * half_y * shape) + up * (y * half_y);
     ray.direction = -back;
   }
+  const double along = -glm::dot(ray.direction, back);
+  ray.t_min = std::max(znear, 0.0) / along;
+  if (std::isfinite(zfar)) ray.t_max = zfar / along;
   return ray;
 }
 
@@ -121,19 +125,28 @@ ViewCamera default_view(const Scene& scene, const WorldTriangles& triangles, con
                   (found.empty() ? "the scene has none" : "there are: " + list));
     }
   }
-  if (found.empty()) return framing(triangles);
-
-  const Node& node = scene.nodes[found[pick]];
-  const Camera& source = scene.cameras[node.camera];
-  ViewCamera view;
-  view.name = !node.name.empty() ? node.name : !source.name.empty() ? source.name : "camera " + std::to_string(pick);
-  view.world = orthonormal(scene.world_transforms()[found[pick]], scene.name + ": camera '" + view.name + "'");
-  view.perspective = source.perspective;
-  view.yfov = source.yfov;
-  view.aspect = source.aspect;
-  view.xmag = source.xmag;
-  view.ymag = source.ymag;
-  return view;
+  const auto view_of = [&](std::size_t number) {
+    const Node& node = scene.nodes[found[number]];
+    const Camera& source = scene.cameras[node.camera];
+    if (!source.fault.empty()) throw Error(scene.name + ": " + source.fault);
+    ViewCamera view;
+    view.name = !node.name.empty()     ? node.name
+                : !source.name.empty() ? source.name
+                                       : "camera " + std::to_string(number);
+    view.world = orthonormal(scene.world_transforms()[found[number]], scene.name + ": camera '" + view.name + "'");
+    view.perspective = source.perspective;
+    view.yfov = source.yfov;
+    view.aspect = source.aspect;
+    view.xmag = source.xmag;
+    view.ymag = source.ymag;
+    view.znear = source.znear;
+    view.zfar = source.zfar;
+    return view;
+  };
+  if (!camera.empty()) return view_of(pick);
+  for (std::size_t i = 0; i < found.size(); ++i)
+    if (scene.cameras[scene.nodes[found[i]].camera].fault.empty()) return view_of(i);
+  return framing(triangles);
 }
 
 }  // namespace retrace

@@ -6,10 +6,10 @@
 
 namespace retrace::golden {
 
-inline Hit hit_finish(const Candidate& best, std::uint32_t id) {
+inline Hit hit_finish(const Candidate& best) {
   Hit hit;
   hit.status = contract::kStatusHit;
-  hit.id = id;
+  hit.id = best.triangle->id;
   hit.t = best.t;
   hit.u = best.edge_u / best.dz;
   hit.v = best.edge_v / best.dz;

@@ -15,6 +15,18 @@ struct RayState {
   glm::bvec3 negative, zero;
   double t_max;
   bool any;
+
+  /// The record that this was made of, for decisions in integers.
+  contract::RayRecord codes() const {
+    contract::RayRecord ray;
+    for (int axis = 0; axis < 3; ++axis) {
+      ray.origin[axis] = static_cast<std::int32_t>(origin[axis] * (1 << contract::kPositionFrac));
+      ray.direction[axis] = static_cast<std::int32_t>(direction[axis] * (1 << contract::kDirectionFrac));
+    }
+    ray.t_max = static_cast<std::uint32_t>(t_max * (1 << contract::kTLimitFrac));
+    ray.any = any ? 1 : 0;
+    return ray;
+  }
 };
 
 inline RayState ray_setup(const contract::RayRecord& ray) {

@@ -34,6 +34,7 @@ module rt_cache #(
     parameter int unsigned DataBits = 64,
     parameter int unsigned WordBits = 128,
     parameter int unsigned WordsPerLine = 4,
+    parameter int unsigned ReadBeats = WordBits / DataBits * WordsPerLine,  // beats of a fetch; those beyond the line are dropped
     parameter int unsigned Mshrs = 4,
     parameter int unsigned Waiters = 32,  // of each port
     parameter int unsigned LeaseBits = 12,
@@ -71,7 +72,7 @@ module rt_cache #(
 );
   localparam int unsigned Banks = WordBits / DataBits;
   localparam int unsigned FillBeats = Banks * WordsPerLine;
-  localparam int unsigned BeatBits = FillBeats > 1 ? $clog2(FillBeats) : 1;
+  localparam int unsigned BeatBits = ReadBeats > 1 ? $clog2(ReadBeats) : 1;
   localparam int unsigned Sets = Lines / Ways;
   localparam int unsigned SetBits = $clog2(Sets);
   localparam int unsigned TagBits = KeyBits - SetBits;
@@ -80,6 +81,7 @@ module rt_cache #(
   localparam int unsigned AddrBits = $clog2(Depth);
 
   `RT_ASSERT_INIT(WordIsBeats, WordBits == Banks * DataBits)
+  `RT_ASSERT_INIT(ReadIsLine, ReadBeats >= FillBeats)
   `RT_ASSERT_INIT(WaysKnown, Ways == 1 || Ways == 2)
   `RT_ASSERT_INIT(SetsPowerOfTwo, Sets >= 2 && Sets == (1 << SetBits))
   `RT_ASSERT_INIT(WordsPowerOfTwo, WordsPerLine == 1 || WordsPerLine == (1 << SelectBits))
@@ -484,7 +486,8 @@ module rt_cache #(
     write_q.addr <= word_address(fill_key[SetBits-1:0], SelectBits'(int'(fill_beat) / Banks));
     write_q.data <= fill_data_q;
     for (int unsigned w = 0; w < Ways; w++) begin
-      for (int unsigned b = 0; b < Banks; b++) write_q.banks[w][b] <= fill_valid_q && way_q[fill_mshr_q] == 1'(w) && int'(fill_beat) % Banks == int'(b);
+      for (int unsigned b = 0; b < Banks; b++) write_q.banks[w][b] <= fill_valid_q && way_q[fill_mshr_q] == 1'(w) && int'(fill_beat) % Banks == int'(b) &&
+            (ReadBeats == FillBeats || int'(fill_beat) < FillBeats);
     end
   end
   rt_copies #(
@@ -554,7 +557,7 @@ module rt_cache #(
                   (look1_q | look2_q | look3_q) == '0 && !(match_q || place_q || wait_line_q || wait_any_q);
 
   `RT_ASSERT(FillIsExpected, !fill_valid_q || active_q[fill_mshr_q])
-  `RT_ASSERT(FillHasItsLength, !fill_valid_q || fill_last_q || fill_beat != BeatBits'(FillBeats - 1))
+  `RT_ASSERT(FillHasItsLength, !fill_valid_q || fill_last_q || fill_beat != BeatBits'(ReadBeats - 1))
   `RT_ASSERT(InvalidBeforeFill, !fill_valid_q || !taken_q || taken_key_q != fill_key)
   `RT_ASSERT(FetchesHaveRoom, !taken_leaves || fetch_room)
   `RT_ASSERT(FlushWhenIdle, !flushing_o || (active_q == '0 && look1_q == '0 && look2_q == '0 && look3_q == '0 && missed_q == '0 && !match_q && !place_q))

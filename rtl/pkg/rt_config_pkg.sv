@@ -6,7 +6,7 @@ package rt_config_pkg;
     logic [31:0] lanes;  // traversal lanes, one step a clock each: 1 to 8
     logic [31:0] contexts_per_lane;  // rays in flight a lane: a power of two, 16 or more; at most 512 in all lanes
     logic [31:0] data_bits;  // data bus: 64 or 128
-    logic [31:0] granule_bytes;  // reads are whole granules: 8 or 16; the data bus at least
+    logic [31:0] granule_bytes;  // reads are whole granules: 8, 16 or 64; the data bus at least
     logic [31:0] node_pairs;  // node pairs of the node cache, 16 bytes each; every lane has a copy
     logic [31:0] node_line_pairs;  // pairs a line: 1, 2 or 4; a granule at least
     logic [31:0] leaf_lines;  // leaf records kept, 64 bytes each
@@ -40,6 +40,10 @@ package rt_config_pkg;
   // Six lanes; the block RAMs of the part hold half a node cache for each.
   localparam config_t ConfigEcp5l6 = '{
       lanes: 6, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 1024, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128,
+      triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 32, fill_hops: 1, launch_hops: 1, leaf_hops: 1};
+  // Two lanes for a memory that reads 64 bytes at a time, such as DRAM behind a controller.
+  localparam config_t ConfigEcp5g64 = '{
+      lanes: 2, contexts_per_lane: 32, data_bits: 64, granule_bytes: 64, node_pairs: 2048, node_line_pairs: 4, leaf_lines: 1024, list_lines: 128,
       triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 32, fill_hops: 1, launch_hops: 1, leaf_hops: 1};
   // Four lanes on a bus of 16 bytes. Lanes are the limit, so a line is two pairs (fewer misses), and twice as many contexts keep them busy.
   localparam config_t ConfigEcp5x128 = '{

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Generates what follows from core.toml: the package of configurations, counters and sources, the counters of the register map, the list for CMake, the names of sources for C++, the page.
+"""Generates what follows from core.toml: the package of configurations, counters and sources, the counters of the register map, the list for CMake, names for C++, the page.
 
 usage: generate.py [--check]
 --check writes nothing and exits 1 if a generated file differs from the one in the tree.
@@ -70,6 +70,9 @@ def header(core):
     return "\n".join([f"// {MADE}", "#pragma once", "#include <array>", "", "namespace retrace::cosim {", "",
                       "/// Who reads for a core, by the upper bits of ARID (rt_config_pkg::Source*).",
                       f"inline constexpr std::array<const char*, {len(names)}> kReadSources{{{', '.join(chr(34) + name + chr(34) for name in names)}}};", "",
+                      "/// Configurations of rtl/targets/core.toml.",
+                      f"inline constexpr std::array<const char*, {len(core['configuration'])}> kShippedConfigurations{{",
+                      f"    {', '.join(chr(34) + name + chr(34) for name in core['configuration'])}}};", "",
                       "}  // namespace retrace::cosim", ""])
 
 
@@ -101,7 +104,7 @@ def main():
     options = parser.parse_args()
     core = load()
     files = {"rtl/pkg/rt_config_pkg.sv": package(core), "rtl/regs/counters.rdl": registers(core), "scripts/cmake/CoreConfigurations.cmake": cmake(core),
-             "testbench/cosim/core/core_sources.hpp": header(core),
+             "testbench/cosim/core/core_description.hpp": header(core),
              "docs/configurations.md": page(core)}
     differing = [name for name, text in files.items() if not (ROOT / name).exists() or (ROOT / name).read_text() != text]
     for name in differing:

@@ -49,7 +49,7 @@ module rt_core #(
   `RT_ASSERT_INIT(ContextsPowerOfTwo, Config.contexts_per_lane == (1 << LaneContextBits))
   `RT_ASSERT_INIT(ContextsFit, Contexts <= 512)
   `RT_ASSERT_INIT(DataBitsKnown, DataBits == 64 || DataBits == 128)
-  `RT_ASSERT_INIT(GranuleKnown, (Config.granule_bytes == 8 || Config.granule_bytes == 16) && Config.granule_bytes * 8 >= DataBits)
+  `RT_ASSERT_INIT(GranuleKnown, (Config.granule_bytes == 8 || Config.granule_bytes == 16 || Config.granule_bytes == 64) && Config.granule_bytes * 8 >= DataBits)
   typedef logic [ContextBits-1:0] context_t;
   typedef rt_contract_pkg::status_t status_t;
 
@@ -341,6 +341,7 @@ module rt_core #(
   localparam int unsigned LinePairBits = $clog2(LinePairs);
   localparam int unsigned LineWordBits = LinePairs > 1 ? LinePairBits : 1;
   localparam int unsigned NodeKeyBits = rt_contract_pkg::PairIndexBits - LinePairBits;
+  `RT_ASSERT_INIT(LineIsGranules, 16 * LinePairs >= Config.granule_bytes)
   `RT_ASSERT_INIT(LinePairsKnown, LinePairs == 1 || LinePairs == 2 || LinePairs == 4)
   logic [Lanes-1:0]                                        look_valid, look_answer, look_hit;
   logic [Lanes-1:0][NodeKeyBits-1:0]                       look_key;

@@ -36,7 +36,12 @@ module rt_ray_source #(
   localparam int unsigned QueueRays = 16;
   localparam int unsigned FieldBits = 3 * rt_contract_pkg::PositionBits + 3 * rt_contract_pkg::DirectionBits +
                                       rt_contract_pkg::TLimitBits + rt_contract_pkg::FlagBits;
-  localparam int unsigned RayBeats = rt_core_pkg::read_bytes((FieldBits + 7) / 8, Config.granule_bytes) * 8 / DataBits;
+  // A granule may hold two rays; then a burst begins with a ray that is not wanted where the first wanted one is the second of its granule, and may
+  // end with one.
+  localparam int unsigned GranuleRays = Config.granule_bytes > rt_contract_pkg::RayBytes ? Config.granule_bytes / rt_contract_pkg::RayBytes : 1;
+  `RT_ASSERT_INIT(GranuleOfRaysKnown, GranuleRays <= 2)
+  localparam int unsigned RayBeats = GranuleRays > 1 ? rt_contract_pkg::RayBytes * 8 / DataBits :
+      rt_core_pkg::read_bytes((FieldBits + 7) / 8, Config.granule_bytes) * 8 / DataBits;
   localparam int unsigned RaysPerBurst = RayBeats * DataBits == rt_contract_pkg::RayBytes * 8 ? 4 : 1;
   localparam int unsigned BeatBits = $clog2(RayBeats);
   localparam int unsigned RayShift = $clog2(rt_contract_pkg::RayBytes);
@@ -48,8 +53,10 @@ module rt_ray_source #(
   localparam int unsigned TileBits = $clog2(TileWidth);
   localparam int unsigned LineBits = $clog2(TileHeight);
   typedef struct packed {
-    logic [31:0] index;
-    logic [2:0]  count;
+    logic [31:0] index;  // of the first ray that is wanted
+    logic [2:0]  count;  // of these
+    logic        skip;   // a ray before them is not
+    logic [2:0]  total;  // rays that are read
   } order_t;
   logic [31:0]                      left_q;      // rays not asked for
   logic [31:0]                      band_q;      // index of the first ray of the row of tiles
@@ -69,10 +76,13 @@ module rt_ray_source #(
   logic [SettleBits-1:0]            settle_q;
   logic [31:0]                      row_q, tile_q, tile_left_q, index_q, in_row_q, in_list_q;
   logic [rt_core_pkg::AddrBits-1:0] addr_q;
-  logic [2:0]                       to_boundary, burst_q;
+  logic [2:0]                       to_boundary, burst_q, total;
+  logic                             skip;
   logic [TileBits:0]                in_tile_q;
   logic                             last_tile_q;
   assign to_boundary = RaysPerBurst > 1 ? 3'(RaysPerBurst) - 3'(addr_q[RayShift+:2]) : 3'd1;
+  assign skip        = GranuleRays > 1 && addr_q[RayShift];
+  assign total       = GranuleRays > 1 ? (burst_q + 3'(skip) + 3'd1) & 3'b110 : burst_q;
   always_ff @(posedge clk_i) begin
     // A band of tiles beyond the last ray still fits 32 bits.
     row_q <= (row_i < count_i && count_i[31:31-LineBits] == '0) ? row_i : '0;
@@ -129,12 +139,12 @@ module rt_ray_source #(
         done_q <= done_q + (TileBits + 1)'(burst_q);
       end
     end
-    room_q <= room_q - (fetch_go ? RoomBits'(burst_q) : '0) + RoomBits'(ray_leaves_q);
+    room_q <= room_q - (fetch_go ? RoomBits'(total) : '0) + RoomBits'(ray_leaves_q);
     if (fetch_go) begin
       fetch_valid_q <= 1'b1;
       fetch_q <= '{
-          addr: addr_q,
-          len: RaysPerBurst == 1 ? 8'(RayBeats - 1) : (8'(burst_q) << BeatBits) - 8'd1,
+          addr: addr_q & ~(skip ? rt_core_pkg::AddrBits'(rt_contract_pkg::RayBytes) : '0),
+          len: RaysPerBurst == 1 ? 8'(RayBeats - 1) : (8'(total) << BeatBits) - 8'd1,
           source: rt_core_pkg::SourceBits'(rt_config_pkg::SourceRay),
           mshr: '0
       };
@@ -156,7 +166,7 @@ module rt_ray_source #(
       .rst_ni,
       .in_valid_i (fetch_go),
       .in_ready_o (order_room),
-      .in_data_i  ('{index: index_q, count: burst_q}),
+      .in_data_i  ('{index: index_q, count: burst_q, skip: skip, total: total}),
       .out_valid_o(order_valid),
       .out_ready_i(burst_ends),
       .out_data_o (order),
@@ -196,13 +206,14 @@ module rt_ray_source #(
 
   logic [RayBeats-1:0][DataBits-1:0] gather_q;
   logic [BeatBits-1:0]               beat_q;  // of the ray that is being put together
-  logic                              gathered_q, ray_valid_q, ray_error_q, ray_taken, last_beat;
+  logic                              gathered_q, ray_valid_q, ray_error_q, ray_taken, last_beat, wanted;
   logic [31:0]                       ray_index_q;
   logic [2:0]                        ray_number_q;  // rays of the oldest burst before this one
   rt_contract_pkg::ray_record_t      ray;
   assign beat_take = !gathered_q && !ray_valid_q;
   assign last_beat = beat_valid && beat_take && beat_q == BeatBits'(RayBeats - 1);
-  assign burst_ends = gathered_q && ray_number_q + 3'd1 == order.count;
+  assign burst_ends = gathered_q && ray_number_q + 3'd1 == order.total;
+  assign wanted     = ray_number_q >= 3'(order.skip) && ray_number_q < order.count + 3'(order.skip);
   assign ray       = rt_contract_pkg::RayUsedBits'(gather_q);
   always_ff @(posedge clk_i) begin
     gathered_q <= last_beat;
@@ -213,8 +224,8 @@ module rt_ray_source #(
       ray_error_q <= beat.error || (beat_q != '0 && ray_error_q);
     end
     if (gathered_q) begin
-      ray_valid_q  <= 1'b1;
-      ray_index_q  <= order.index + 32'(ray_number_q);
+      ray_valid_q  <= wanted;
+      ray_index_q  <= order.index + 32'(ray_number_q) - 32'(order.skip);
       ray_number_q <= burst_ends ? '0 : ray_number_q + 3'd1;
     end
     if (!rst_ni) begin
@@ -224,7 +235,7 @@ module rt_ray_source #(
       ray_number_q <= '0;
     end
   end
-  always_ff @(posedge clk_i) ray_leaves_q <= ray_taken && rst_ni;
+  always_ff @(posedge clk_i) ray_leaves_q <= (ray_taken || (gathered_q && !wanted)) && rst_ni;
 
   assign ray_taken   = ray_valid_q && ray_ready_i;
   assign ray_valid_o = ray_valid_q;

@@ -238,6 +238,7 @@ module rt_reference_unit #(
       .DataBits    (DataBits),
       .WordBits    (TriangleBits),
       .WordsPerLine(1),
+      .ReadBeats   (rt_core_pkg::read_bytes(TriangleBits / 8, Config.granule_bytes) * 8 / DataBits),
       .Mshrs       (Config.mshrs),
       .Waiters     (Contexts)
   ) u_triangle (

@@ -41,7 +41,6 @@ set_target_properties(OpenImageIO::OpenImageIO PROPERTIES INTERFACE_INCLUDE_DIRE
 find_package(CLI11 REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(glm REQUIRED)
-find_path(TINYGLTF_INCLUDE_DIR tiny_gltf.h REQUIRED)
 find_package(embree 3 QUIET)  # oracle of the tests and yardstick of `retrace bench`; never needed to run the program
 
 set(_ap_candidates ${RETRACE_AP_TYPES})

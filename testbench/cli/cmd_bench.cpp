@@ -298,20 +298,22 @@ void run_bench(BenchArguments& a, const Common& common) {
     std::error_code ignored;
     if (std::filesystem::exists(kEngineModel, ignored)) a.scenes.emplace_back(kEngineModel);
   }
-  std::optional<OutputFile> pipeline;
+  OutputFiles files;
+  OutputFile* pipeline = nullptr;
   if (!a.pipeline.empty()) {
     if (std::none_of(a.engines.begin(), a.engines.end(), [](const auto& e) { return find_engine(e).name == "rtl"; }))
       throw UsageError("--pipeline shows the units of the RTL core: it needs --engine rtl");
     is_linear_format(a.pipeline);
-    pipeline.emplace(a.pipeline);
+    for (const std::string& scene : a.scenes) files.reads(scene);
+    pipeline = &files.add(a.pipeline);
   }
   Bench bench(a, common);
   nlohmann::ordered_json scenes = nlohmann::ordered_json::array();
   for (const std::string& scene : a.scenes) scenes.push_back(bench.measure(scene));
   print_rtl(bench.rtl());
-  if (pipeline) {
+  if (pipeline != nullptr) {
     write_raster(*pipeline, pipeline_view(pipeline_runs(bench.rtl())));
-    pipeline->commit();
+    files.commit();
   }
   if (a.json) {
     nlohmann::ordered_json json = {{"scenes", scenes}};

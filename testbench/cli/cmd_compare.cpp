@@ -181,11 +181,22 @@ std::uint8_t shown(const Surfaces& surfaces, const Hit& hit, const glm::dvec3& d
   return static_cast<std::uint8_t>(glm::clamp(bright * 255.0f, 1.0f, 255.0f));
 }
 
+/// How the difference picture is laid out.
+struct Panels {
+  Panels(const Size& size, std::size_t engines)
+      : count(static_cast<int>(engines) + 1),
+        scale(std::clamp(size.width / 320, 1, 8)),
+        gap(4 * scale),
+        head(text_height(scale) + 2 * gap),
+        width(count * size.width + (count - 1) * gap),
+        height(size.height + 2 * head) {}
+  int count, scale, gap, head, width, height;
+};
+
 Raster difference_picture(const Picture& picture, const Size& size, const std::vector<std::string>& names) {
-  const int scale = std::clamp(size.width / 320, 1, 8), gap = 4 * scale, head = text_height(scale) + 2 * gap;
-  const int foot = head;
-  const int engines = static_cast<int>(names.size()), panels = engines + 1;
-  Raster image(panels * size.width + (panels - 1) * gap, size.height + head + foot, 3, 0.09f);
+  const Panels layout(size, names.size());
+  const int scale = layout.scale, gap = layout.gap, head = layout.head, panels = layout.count, engines = panels - 1;
+  Raster image(layout.width, layout.height, 3, 0.09f);
   const auto place = [&](int x, int y) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(size.width) + static_cast<std::size_t>(x);
   };
@@ -292,13 +303,17 @@ void run_compare(const CompareArguments& a, Program& program) {
   for (const std::string& name : names) check_options(name, trace);
   bool shadow = false, primary = false;
   for (const std::string& kind : a.rays) (kind == "shadow" ? shadow : primary) = true;
-  std::unique_ptr<OutputFile> picture, stats;
+  OutputFiles files;
+  files.reads(a.scene);
+  OutputFile *picture = nullptr, *stats = nullptr;
   if (!a.output.empty()) {
     if (is_linear_format(a.output))
       throw UsageError("the difference picture is for looking at: name a .png file, not " + a.output);
-    picture = std::make_unique<OutputFile>(a.output);
+    const Panels drawn(size, names.size());
+    check_raster(a.output, drawn.width, drawn.height, 3);
+    picture = &files.add(a.output);
   }
-  if (!a.stats.empty()) stats = std::make_unique<OutputFile>(a.stats);
+  if (!a.stats.empty()) stats = &files.add(a.stats);
 
   const LoadedScene loaded = load_scene(a.scene, program.common);
   const ViewCamera camera = default_view(loaded.scene, loaded.world, a.camera);
@@ -412,11 +427,8 @@ void run_compare(const CompareArguments& a, Program& program) {
     }
     stats->write(json.dump(2) + "\n");
   }
-  for (OutputFile* file : {picture.get(), stats.get()}) {
-    if (file == nullptr) continue;
-    file->commit();
-    std::printf("wrote %s\n", file->path().c_str());
-  }
+  files.commit();
+  for (const auto& file : files.files()) std::printf("wrote %s\n", file->path().c_str());
   std::printf("%s\n", violations == 0 ? "0 violations" : (with_commas(violations) + " violations").c_str());
   if (violations > 0) program.exit_code = 1;
 }

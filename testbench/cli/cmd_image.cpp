@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <memory>
 
-#include "golden/image/output_file.hpp"
+#include "golden/base/output_file.hpp"
 #include "golden/scene/kd_builder.hpp"
 #include "testbench/cli/commands.hpp"
 
@@ -112,13 +112,12 @@ void run_info(const InfoArguments& a, const Common& common) {
 }
 
 void run_pack(const PackArguments& a, const Common& common) {
-  OutputFile file(a.output);
+  OutputFiles files;
+  files.reads(a.scene);
+  OutputFile& file = files.add(a.output);
   const LoadedScene loaded = load_scene(a.scene, common, false);
-  {
-    const SignalShield shield;
-    loaded.image.save(file.temporary());
-  }
-  file.commit();
+  file.refer(loaded.image.file_bytes());
+  files.commit();
   std::printf("%s: %s triangles, %s bytes, built in %.2f s\n", a.output.c_str(),
               with_commas(loaded.grid.triangles.size()).c_str(), with_commas(loaded.image.bytes()).c_str(),
               loaded.build_s);

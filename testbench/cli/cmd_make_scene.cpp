@@ -4,7 +4,7 @@
 #include <memory>
 #include <sstream>
 
-#include "golden/image/output_file.hpp"
+#include "golden/base/output_file.hpp"
 #include "golden/scene/gltf_loader.hpp"
 #include "scenes/animated_scenes.hpp"
 #include "scenes/generators.hpp"
@@ -70,7 +70,7 @@ void run_make_scene(const MakeSceneArguments& a) {
     scene = make_scene(a.name, parameters);
     bytes = to_glb(scene);
   }
-  file.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  file.refer({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   file.commit();
   std::size_t triangles = 0;
   for (const std::uint32_t n : scene.reachable()) {

@@ -47,20 +47,35 @@ double parse_exposure(const std::string& text, double automatic) {
   return std::exp2(stops);
 }
 
-void write_aovs(const RenderArguments& a, const std::filesystem::path& output, const RenderResult& result,
-                OutputFiles& files) {
-  const ColorMap map = a.color_map == "viridis" ? ColorMap::kViridis : ColorMap::kInferno;
-  const auto open = [&](const std::filesystem::path& path) -> OutputFile& {
-    files.push_back(std::make_unique<OutputFile>(path));
-    return *files.back();
-  };
+void note_cut_rays(std::uint64_t rays, const Common& common) {
+  if (rays > 0)
+    note(common, with_commas(rays) +
+                     " rays have passed more transparent surfaces than are followed; the last one "
+                     "counts as opaque");
+}
+
+std::vector<std::filesystem::path> aov_paths(const RenderArguments& a, const std::filesystem::path& output) {
+  std::vector<std::filesystem::path> paths;
   for (const std::string& name : a.aovs) {
-    const Raster data = aov_data(result, name);
+    paths.push_back(with_suffix(output, "." + name + ".exr"));
+    paths.push_back(with_suffix(output, "." + name + ".png"));
+  }
+  return paths;
+}
+
+void write_aovs(const RenderArguments& a, const RenderResult& result, const std::vector<OutputFile*>& outputs) {
+  const ColorMap map = a.color_map == "viridis" ? ColorMap::kViridis : ColorMap::kInferno;
+  for (std::size_t i = 0; i < a.aovs.size(); ++i) {
+    const std::string& name = a.aovs[i];
     std::vector<std::string> channels;
     if (name == "depth") channels = {"Z"};
     if (name == "normal") channels = {"N.X", "N.Y", "N.Z"};
-    write_raster(open(with_suffix(output, "." + name + ".exr")), data, channels);
-    write_raster(open(with_suffix(output, "." + name + ".png")), aov_picture(result, name, map));
+    if (name == "id") {
+      write_ids(*outputs[2 * i], result.depth.width, result.depth.height, result.id, "id");
+    } else {
+      write_raster(*outputs[2 * i], aov_data(result, name), channels);
+    }
+    write_raster(*outputs[2 * i + 1], aov_picture(result, name, map));
   }
 }
 
@@ -71,6 +86,9 @@ void run_render(RenderArguments& a, const Common& common) {
   const std::filesystem::path output = a.output;
   const bool linear = is_linear_format(output);
   const Size size = parse_size(a.size);
+  check_raster(output, size.width, size.height, linear ? 4 : 3);
+  if (is_written_through(output) && (a.animation || !a.aovs.empty()))
+    throw UsageError(a.output + " is one stream: --aov and --animation write several files");
   RenderOptions& options = a.options;
   options.width = size.width;
   options.height = size.height;
@@ -95,11 +113,11 @@ void run_render(RenderArguments& a, const Common& common) {
   }
   if (a.animation) return run_animation(a, common);
   OutputFiles files;
-  const auto open = [&](const std::filesystem::path& path) -> OutputFile& {
-    files.push_back(std::make_unique<OutputFile>(path));
-    return *files.back();
-  };
-  open(output);
+  files.reads(a.scene);
+  OutputFile& picture = files.add(output);
+  std::vector<OutputFile*> aovs;
+  for (const std::filesystem::path& path : aov_paths(a, output)) aovs.push_back(&files.add(path));
+  OutputFile* const stats_file = a.stats.empty() ? nullptr : &files.add(a.stats);
 
   const LoadedScene loaded = load_scene(a.scene, common);
   const ViewCamera camera = default_view(loaded.scene, loaded.world, a.camera);
@@ -109,20 +127,18 @@ void run_render(RenderArguments& a, const Common& common) {
   options.progress = [&](double fraction) { progress.update(fraction); };
   const RenderResult result = render(surfaces, camera, loaded.grid.box, *engine, options);
   progress.finish();
+  note_cut_rays(result.cut_rays, common);
 
   const double write_start = now();
   const double exposure = parse_exposure(a.exposure, result.exposure);
-  if (linear) {
-    write_raster(*files.front(), result.color);
-  } else {
-    write_raster(*files.front(), develop(result, exposure));
-  }
-  write_aovs(a, output, result, files);
+  write_raster(picture, linear ? result.color : develop(result, exposure));
+  write_aovs(a, result, aovs);
   const std::uint64_t rays = result.camera.rays + result.shadow.rays + result.occlusion.rays;
   const double rays_s = result.trace_s > 0 ? static_cast<double>(rays) / result.trace_s : 0.0;
-  if (!a.stats.empty()) {
+  if (stats_file != nullptr) {
     nlohmann::ordered_json names = nlohmann::ordered_json::array();
-    for (const auto& file : files) names.push_back(file->path().string());
+    for (const auto& file : files.files())
+      if (file.get() != stats_file) names.push_back(file->path().string());
     const nlohmann::ordered_json stats = {{"command", "render"},
                                           {"scene", scene_json(loaded)},
                                           {"engine", engine->name()},
@@ -146,9 +162,9 @@ void run_render(RenderArguments& a, const Common& common) {
                                             {"total", result.total_s}}},
                                           {"rays_s", rays_s},
                                           {"files", names}};
-    open(a.stats).write(stats.dump(2) + "\n");
+    stats_file->write(stats.dump(2) + "\n");
   }
-  for (const auto& file : files) file->commit();
+  files.commit();
 
   std::printf("%s, %s triangles, %dx%d, %d samples a pixel, engine %s, camera %s, light: %s\n", loaded.name.c_str(),
               with_commas(loaded.world.vertices.size()).c_str(), options.width, options.height, options.spp,
@@ -162,7 +178,7 @@ void run_render(RenderArguments& a, const Common& common) {
   if (kind.summary) std::printf("  %s\n", kind.summary(*engine).c_str());
   std::printf("  built in %.2f s, traced in %.2f s (%s rays/s), shaded in %.2f s\n", loaded.build_s, result.trace_s,
               with_unit(rays_s).c_str(), result.shade_s + result.quantise_s);
-  for (const auto& file : files) std::printf("  wrote %s\n", file->path().c_str());
+  for (const auto& file : files.files()) std::printf("  wrote %s\n", file->path().c_str());
 }
 
 }  // namespace
@@ -172,7 +188,9 @@ void add_render(CLI::App& app, Program& program) {
       app.add_subcommand("render", "Render a glTF scene through an engine to a picture, with AOVs on request");
   auto a = std::make_shared<RenderArguments>();
   command->add_option("scene", a->scene, kSceneHelp)->required()->type_name("SCENE");
-  command->add_option("-o,--output", a->output, "Picture: .png (tone mapped), .exr (linear radiance and coverage), ...")
+  command
+      ->add_option("-o,--output", a->output,
+                   "Picture: .png (tone mapped), .exr (linear radiance and coverage), .hdr (linear radiance), ...")
       ->required()
       ->type_name("FILE");
   command->add_option("-e,--engine", a->engine, "Engine, see below")->capture_default_str()->type_name("ENGINE");
@@ -211,10 +229,13 @@ void add_render(CLI::App& app, Program& program) {
   command->add_option("--color-map", a->color_map, "Of the heat maps")
       ->capture_default_str()
       ->check(CLI::IsMember({"inferno", "viridis"}));
-  command->add_option("--way-up", a->way_up, "How a walk goes up the tree: stack (golden only), parent or face links")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"stack", "parent", "face"}));
-  command->add_flag("--mailbox{8}", a->options.trace.mailbox, "Remember the last triangles tested (8 unless =N)");
+  const CLI::Option* const way_up =
+      command
+          ->add_option("--way-up", a->way_up, "How a walk goes up the tree: stack (golden only), parent or face links")
+          ->capture_default_str()
+          ->check(CLI::IsMember({"stack", "parent", "face"}));
+  const CLI::Option* const mailbox =
+      command->add_flag("--mailbox{8}", a->options.trace.mailbox, "Remember the last triangles tested (8 unless =N)");
   command->add_option("--seed", a->options.seed, "Of the sample points")->capture_default_str();
   command->add_option("--stats", a->stats, "Counters and times as JSON")->type_name("FILE");
   CLI::Option* animation = command->add_flag("--animation", a->animation,
@@ -268,7 +289,10 @@ void add_render(CLI::App& app, Program& program) {
       "  retrace make-scene creatures -o creatures.glb\n"
       "  retrace render creatures.glb -o creatures.png --animation --fps 25\n";
   command->footer(footer);
-  command->callback([a, &program] { run_render(*a, program.common); });
+  command->callback([a, way_up, mailbox, &program] {
+    a->chose_walk = way_up->count() > 0 || mailbox->count() > 0;
+    run_render(*a, program.common);
+  });
 }
 
 }  // namespace retrace::cli

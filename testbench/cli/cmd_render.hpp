@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "golden/image/output_file.hpp"
+#include "golden/base/output_file.hpp"
 #include "golden/image/renderer.hpp"
 #include "testbench/cli/workspace.hpp"
 
@@ -14,6 +14,7 @@ struct RenderArguments {
   std::string scene, output, engine = "golden", size = "640x480", camera, way_up = "face", exposure = "auto",
                              lights = "auto", stats, color_map = "inferno";
   std::vector<std::string> aovs;
+  bool chose_walk = false;  ///< --way-up or --mailbox was given
   RenderOptions options;
 
   bool animation = false;
@@ -24,14 +25,15 @@ struct RenderArguments {
   bool no_video = false;
 };
 
-using OutputFiles = std::vector<std::unique_ptr<OutputFile>>;
-
 nlohmann::ordered_json work_json(const WorkTotals& work);
 /// The factor that --exposure means; `automatic` for auto. Throws UsageError.
 double parse_exposure(const std::string& text, double automatic);
-/// Adds the AOVs of a picture that goes to `output`, each as data and as something to look at.
-void write_aovs(const RenderArguments& a, const std::filesystem::path& output, const RenderResult& result,
-                OutputFiles& files);
+/// A note about RenderResult::cut_rays, if there are any.
+void note_cut_rays(std::uint64_t rays, const Common& common);
+/// Where the AOVs of a picture that goes to `output` go: each as data and as something to look at, in this order.
+std::vector<std::filesystem::path> aov_paths(const RenderArguments& a, const std::filesystem::path& output);
+/// Writes the AOVs to the outputs of these paths.
+void write_aovs(const RenderArguments& a, const RenderResult& result, const std::vector<OutputFile*>& outputs);
 
 /// A numbered sequence of an animated file, and a video. Arguments are checked as far as they are those of a single
 /// picture.

@@ -4,14 +4,9 @@
 // Every frame is flattened and snapped, because rays are quantised to its grid and shading looks triangles up there.
 // That is the cost of the picture; what a structure costs is reported apart: transforms, objects that deform and the
 // top level for one, flattening, snapping and the tree for the other.
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -22,11 +17,10 @@
 #include "golden/accel/two_level.hpp"
 #include "golden/scene/gltf_loader.hpp"
 #include "golden/scene/kd_builder.hpp"
+#include "testbench/cli/child.hpp"
 #include "testbench/cli/cmd_render.hpp"
 #include "testbench/cli/engines.hpp"
 #include "testbench/cli/progress.hpp"
-
-extern char** environ;
 
 namespace retrace::cli {
 namespace {
@@ -91,57 +85,21 @@ std::string find_program(const std::string& name) {
   return {};
 }
 
-/// Runs a program without input, gives what it said on standard error. Throws Error if it fails.
-void run_program(const std::vector<std::string>& command) {
-  std::array<int, 2> channel;
-  if (::pipe2(channel.data(), O_CLOEXEC) != 0) throw Error(command[0] + ": " + std::strerror(errno));
-  posix_spawn_file_actions_t actions;
-  ::posix_spawn_file_actions_init(&actions);
-  ::posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  ::posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  ::posix_spawn_file_actions_adddup2(&actions, channel[1], STDERR_FILENO);
-  std::vector<char*> argv;
-  for (const std::string& argument : command) argv.push_back(const_cast<char*>(argument.c_str()));
-  argv.push_back(nullptr);
-  pid_t child = -1;
-  const int failed = ::posix_spawn(&child, command[0].c_str(), &actions, nullptr, argv.data(), environ);
-  ::posix_spawn_file_actions_destroy(&actions);
-  ::close(channel[1]);
-  std::string said;
-  std::array<char, 4096> buffer;
-  for (;;) {
-    const ssize_t n = ::read(channel[0], buffer.data(), buffer.size());
-    if (n > 0) {
-      said.append(buffer.data(), static_cast<std::size_t>(n));
-    } else if (n == 0 || errno != EINTR) {
-      break;
-    }
-  }
-  ::close(channel[0]);
-  if (failed != 0) throw Error(command[0] + ": " + std::strerror(failed));
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return;
-  throw Error(command[0] + " failed: " + (said.empty() ? "it said nothing" : said.substr(0, said.find('\n'))));
-}
-
-std::vector<std::string> video_command(const std::string& ffmpeg, const FrameNames& names, double fps,
-                                       const fs::path& video) {
+/// What makes a video of the numbered files, for people. Exactly these frames: those of an earlier run may follow.
+std::vector<std::string> video_command(const FrameNames& names, int frames, double fps, const fs::path& video) {
   char rate[32];
   std::snprintf(rate, sizeof rate, "%g", fps);
-  // 4:2:0 is what every player shows; it needs even sides.
-  return {ffmpeg,
-          "-nostdin",
-          "-v",
-          "error",
-          "-y",
+  return {"ffmpeg",
           "-f",
           "image2",
           "-framerate",
           rate,
+          "-start_number",
+          "0",
           "-i",
           names.pattern(),
+          "-frames:v",
+          std::to_string(frames),
           "-vf",
           "pad=ceil(iw/2)*2:ceil(ih/2)*2",
           "-pix_fmt",
@@ -205,6 +163,9 @@ void run_animation(RenderArguments& a, const Common& common) {
   const bool two_level = a.structure == "two-level", golden = a.engine == "golden";
   if (two_level && !golden)
     throw UsageError("engine " + a.engine + " walks one tree: --structure one-tree, or --engine golden");
+  if (two_level && a.chose_walk)
+    throw UsageError(
+        "the two-level structure is walked with a stack: --way-up and --mailbox need --structure one-tree");
   std::error_code ignored;
   if (!fs::is_regular_file(a.scene, ignored))
     throw Error(a.scene + (fs::exists(a.scene, ignored) ? ": is not a file" : ": there is no such file") +
@@ -214,14 +175,9 @@ void run_animation(RenderArguments& a, const Common& common) {
   const bool linear = is_linear_format(output);
   RenderOptions& options = a.options;
 
-  std::vector<std::string> warnings;
-  Scene loaded = load_gltf(a.scene, {}, &warnings);
-  for (const std::string& warning : warnings) {
-    // What the loader of a standing scene leaves out moves here.
-    if (warning.find("morph targets are not supported") == std::string::npos &&
-        warning.find("skins are not supported") == std::string::npos)
-      note(common, warning);
-  }
+  std::vector<std::string> notes;
+  Scene loaded = load_gltf(a.scene, {}, &notes);
+  for (const std::string& text : notes) note(common, text);
   Animation animation = load_animation(a.scene, loaded, a.clip);
   if (animation.tracks.empty()) throw Error(a.scene + ": holds no animation");
   const std::string name = fs::path(a.scene).stem().string();
@@ -235,25 +191,36 @@ void run_animation(RenderArguments& a, const Common& common) {
     }
   };
 
-  const int frames =
-      a.frames > 0 ? a.frames : std::max(1, static_cast<int>(std::ceil((scene.duration() - a.start) * a.fps - 1e-6)));
-  if (frames > 100000)
-    throw Error("the animation has " + std::to_string(frames) + " frames; --frames or --fps take fewer");
+  // In doubles: a key may lie at any time.
+  const double needed = a.frames > 0 ? a.frames : std::max(1.0, std::ceil((scene.duration() - a.start) * a.fps - 1e-6));
+  if (!(needed <= 100000)) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.0f", needed);
+    throw Error("the animation has " + std::string(needed < 1e15 ? text : "more than 10^15") +
+                " frames; --frames or --fps take fewer");
+  }
+  const int frames = static_cast<int>(needed);
   const FrameNames names(output, frames);
   OutputFiles files;
-  { OutputFile probe(names.frame(0)); }  // whether the folder can be written, before minutes are spent
-  std::unique_ptr<OutputFile> stats;
-  if (!a.stats.empty()) stats = std::make_unique<OutputFile>(a.stats);
-
+  files.reads(a.scene);
+  OutputFile* const stats = a.stats.empty() ? nullptr : &files.add(a.stats);
   // A video of what a screen shows: encoded colours only.
   const fs::path video = a.video.empty() ? names.video() : fs::path(a.video);
   const std::string ffmpeg = find_program("ffmpeg");
-  std::unique_ptr<OutputFile> video_file;
   if (!a.video.empty() && linear)
     throw UsageError("a video needs encoded colours: write the sequence as .png, not as " +
                      output.extension().string());
+  if (!a.video.empty()) video_container(video);
   if (!a.video.empty() && ffmpeg.empty()) throw Error("--video needs ffmpeg, which is not installed");
-  if (!a.no_video && !linear && !ffmpeg.empty()) video_file = std::make_unique<OutputFile>(video);
+  const bool make_video = !a.no_video && !linear && !ffmpeg.empty();
+  OutputFile* const video_file = make_video ? &files.add(video) : nullptr;
+  for (int i = 0; i < frames; ++i) {
+    files.check(names.frame(i));
+    for (const fs::path& path : aov_paths(a, names.frame(i))) files.check(path);
+  }
+  { const OutputFile probe(names.frame(0)); }  // whether the folder can be written, before minutes are spent
+  std::optional<VideoEncoder> encoder;
+  if (make_video) encoder.emplace(ffmpeg, video, options.width, options.height, a.fps);
 
   std::optional<accel::TwoLevel> two;
   const auto guarded = [&](auto&& work) {
@@ -281,6 +248,7 @@ void run_animation(RenderArguments& a, const Common& common) {
   std::optional<double> exposure;
   std::uint64_t different = 0;
   std::uint32_t degenerate = 0;
+  std::uint64_t cut_rays = 0;
   for (int i = 0; i < frames; ++i) {
     FrameCost cost;
     cost.time = a.start + i / a.fps;
@@ -302,23 +270,26 @@ void run_animation(RenderArguments& a, const Common& common) {
     const Surfaces surfaces(pose, world, grid);
     const ViewCamera camera = fixed ? *fixed : default_view(pose, world, a.camera);
 
+    // Golden walks one tree as it walks the two-level structure, so that pictures can be equal; or as it was told to.
+    const bool by_image = !golden || (!two_level && a.chose_walk);
     const bool beside = two_level && (a.full_rebuild == "every" || (a.full_rebuild == "first" && i == 0));
     std::optional<accel::FlatFrame> flat;
     std::optional<MemoryImage> image;
-    if (golden && (beside || !two_level)) {
+    if (!by_image && (beside || !two_level)) {
       flat.emplace(grid, *two);
       cost.build_s = flat->build_s;
-    } else if (!golden) {
+    } else if (by_image) {
       step();
       image = build_kd(grid);
       cost.build_s = step();
     }
-    const std::unique_ptr<Engine> engine = two_level ? accel::make_two_level_engine(*two, grid)
-                                           : golden  ? accel::make_flat_engine(*flat, grid)
-                                                     : make_engine(a.engine, grid, *image);
+    const std::unique_ptr<Engine> engine = two_level  ? accel::make_two_level_engine(*two, grid)
+                                           : by_image ? make_engine(a.engine, grid, *image)
+                                                      : accel::make_flat_engine(*flat, grid);
     options.progress = [&](double fraction) { progress.update((i + fraction) / frames); };
     const RenderResult result = render(surfaces, camera, grid.box, *engine, options);
     cost.render_s = result.total_s;
+    cut_rays = std::max(cut_rays, result.cut_rays);
     cost.camera = result.camera;
     if (beside && a.full_rebuild == "every") {
       const auto again = accel::make_flat_engine(*flat, grid);
@@ -329,11 +300,15 @@ void run_animation(RenderArguments& a, const Common& common) {
 
     // One exposure for all frames: the first one's.
     if (!exposure) exposure = parse_exposure(a.exposure, result.exposure);
-    files.push_back(std::make_unique<OutputFile>(names.frame(i)));
-    write_raster(*files.back(), linear ? result.color : develop(result, *exposure));
-    write_aovs(a, names.frame(i), result, files);
-    for (const auto& file : files) file->commit();
-    files.clear();
+    OutputFiles pictures;
+    OutputFile& picture = pictures.add(names.frame(i));
+    std::vector<OutputFile*> aovs;
+    for (const fs::path& path : aov_paths(a, names.frame(i))) aovs.push_back(&pictures.add(path));
+    const Raster shown = linear ? result.color : develop(result, *exposure);
+    write_raster(picture, shown);
+    write_aovs(a, result, aovs);
+    pictures.commit();
+    if (encoder) encoder->add(shown);
     char rebuild[32] = "-";
     if (cost.build_s) std::snprintf(rebuild, sizeof rebuild, "%.1f", cost.rebuild_s() * 1e3);
     std::printf("  %5d %8.3f %9.2f %11.3f %8.2f %10u %10.3f %17s %11.0f%s\n", i, cost.time, cost.pose_s * 1e3,
@@ -345,6 +320,7 @@ void run_animation(RenderArguments& a, const Common& common) {
     costs.push_back(std::move(cost));
   }
   progress.finish();
+  note_cut_rays(cut_rays, common);
 
   double update_s = 0.0, rebuild_s = 0.0;
   int rebuilt = 0;
@@ -365,20 +341,20 @@ void run_animation(RenderArguments& a, const Common& common) {
   if (degenerate > 0)
     note(common, name + ": up to " + with_commas(degenerate) + " triangles have no area on the grid of a frame");
   std::printf("  wrote %s ... %s\n", names.frame(0).c_str(), names.frame(frames - 1).c_str());
-  bool made_video = false;
-  if (video_file) {
-    run_program(video_command(ffmpeg, names, a.fps, video_file->temporary()));
-    video_file->commit();
-    made_video = true;
-    std::printf("  wrote %s\n", video.c_str());
+  std::error_code ignored_older;
+  if (fs::exists(names.frame(frames), ignored_older))
+    note(common, names.frame(frames).string() + " and what follows are older: " + name + " now has " +
+                     std::to_string(frames) + " frames");
+  if (encoder) {
+    video_file->write(encoder->finish());
   } else if (!a.no_video && !linear) {
     std::string line;
-    for (const std::string& word : video_command("ffmpeg", names, a.fps, video))
+    for (const std::string& word : video_command(names, frames, a.fps, video))
       line +=
           (line.empty() ? "" : " ") + (word.find_first_of(" ()*%#'") == std::string::npos ? word : "'" + word + "'");
     note(common, "ffmpeg is not installed, so there is no video; where it is: " + line);
   }
-  if (stats) {
+  if (stats != nullptr) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array(), numbered = nlohmann::ordered_json::array();
     for (const FrameCost& cost : costs) list.push_back(to_json(cost, two_level));
     for (int i = 0; i < frames; ++i) numbered.push_back(names.frame(i).string());
@@ -388,6 +364,8 @@ void run_animation(RenderArguments& a, const Common& common) {
         {"file", a.scene},
         {"engine", a.engine},
         {"structure", a.structure},
+        {"way_up", a.chose_walk || !golden ? nlohmann::ordered_json(a.way_up) : nlohmann::ordered_json(nullptr)},
+        {"mailbox", options.trace.mailbox},
         {"width", options.width},
         {"height", options.height},
         {"spp", options.spp},
@@ -404,11 +382,11 @@ void run_animation(RenderArguments& a, const Common& common) {
         {"total_s", now() - load_start},
         {"frames", list},
         {"files", numbered},
-        {"video", made_video ? nlohmann::ordered_json(video.string()) : nlohmann::ordered_json(nullptr)}};
+        {"video", make_video ? nlohmann::ordered_json(video.string()) : nlohmann::ordered_json(nullptr)}};
     stats->write(json.dump(2) + "\n");
-    stats->commit();
-    std::printf("  wrote %s\n", a.stats.c_str());
   }
+  files.commit();
+  for (const auto& file : files.files()) std::printf("  wrote %s\n", file->path().c_str());
   if (different > 0)
     throw Error(name + ": " + with_commas(different) +
                 " pixels differ between the two-level structure and the full rebuild");

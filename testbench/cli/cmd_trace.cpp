@@ -4,7 +4,7 @@
 #include <limits>
 #include <memory>
 
-#include "golden/image/output_file.hpp"
+#include "golden/base/output_file.hpp"
 #include "golden/image/renderer.hpp"
 #include "golden/image/surface.hpp"
 #include "testbench/cli/commands.hpp"
@@ -26,9 +26,11 @@ void run_trace(const TraceArguments& a, const Common& common) {
   options.way_up = parse_way_up(a.way_up);
   options.threads = common.threads;
   check_options(a.engine, options);
-  OutputFile output(a.output);
-  std::unique_ptr<OutputFile> stats_file;
-  if (!a.stats.empty()) stats_file = std::make_unique<OutputFile>(a.stats);
+  OutputFiles files;
+  files.reads(a.scene);
+  files.reads(a.input);
+  OutputFile& output = files.add(a.output);
+  OutputFile* const stats_file = a.stats.empty() ? nullptr : &files.add(a.stats);
   const std::vector<NpyRay> rows = read_rays(a.input);
 
   const LoadedScene loaded = load_scene(a.scene, common, false);
@@ -78,7 +80,8 @@ void run_trace(const TraceArguments& a, const Common& common) {
       const glm::dvec3 b = surfaces.file_barycentrics(hit);
       const TriangleSource& source = loaded.world.sources[hit.id];
       result.t = rays[i].t_base + rays[i].t_scale * hit.t;
-      result.mesh = static_cast<std::int32_t>(source.mesh);
+      const std::uint32_t posed_from = loaded.scene.meshes[source.mesh].source;
+      result.mesh = static_cast<std::int32_t>(posed_from != kNone ? posed_from : source.mesh);
       result.primitive = static_cast<std::int32_t>(source.primitive);
       result.triangle = static_cast<std::int32_t>(source.triangle);
       result.node = static_cast<std::int32_t>(source.node);
@@ -90,7 +93,7 @@ void run_trace(const TraceArguments& a, const Common& common) {
   progress.finish();
   totals.rays = rows.size();
   output.write(format_hits(results));
-  if (stats_file) {
+  if (stats_file != nullptr) {
     nlohmann::ordered_json json = {{"command", "trace"},
                                    {"scene", scene_json(loaded)},
                                    {"engine", engine->name()},
@@ -109,8 +112,7 @@ void run_trace(const TraceArguments& a, const Common& common) {
                       {"skipped", totals.skipped}};
     stats_file->write(json.dump(2) + "\n");
   }
-  output.commit();
-  if (stats_file) stats_file->commit();
+  files.commit();
   std::printf("%s: %s rays, %s hits, %s rays/s\n", a.output.c_str(), with_commas(rows.size()).c_str(),
               with_commas(found).c_str(),
               with_unit(seconds > 0 ? static_cast<double>(rows.size()) / seconds : 0.0).c_str());

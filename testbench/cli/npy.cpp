@@ -1,6 +1,7 @@
 // .npy files, see npy.hpp. The header is a Python dictionary literal; a small parser takes exactly the three keys it must have.
 #include "testbench/cli/npy.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cerrno>
 #include <cstring>
@@ -71,6 +72,7 @@ class HeaderParser {
   }
   std::string string() {
     skip();
+    if (at_ < text_.size() && text_[at_] == 'u') ++at_;  // Python 2
     const char quote = at_ < text_.size() ? text_[at_] : '\0';
     if (quote != '\'' && quote != '"') fail("has a damaged header: a string expected at byte " + std::to_string(at_));
     const std::size_t end = text_.find(quote, ++at_);
@@ -100,7 +102,9 @@ class HeaderParser {
         if (value > (std::numeric_limits<std::uint64_t>::max() - 9) / 10) fail("has an impossible shape");
         value = value * 10 + static_cast<std::uint64_t>(text_[at_++] - '0');
       }
-      if (at_ == start || values.size() == 32) fail("has a damaged shape in its header");
+      const bool number = at_ > start;
+      if (number && at_ < text_.size() && text_[at_] == 'L') ++at_;  // a long integer of Python 2
+      if (!number || values.size() == 32) fail("has a damaged shape in its header");
       values.push_back(value);
       if (!accept(',')) {
         expect(')');
@@ -144,7 +148,10 @@ NpyHeader parse_npy_header(std::string_view bytes, const std::string& name) {
 
 std::vector<NpyRay> parse_rays(std::string_view bytes, const std::string& name) {
   const NpyHeader header = parse_npy_header(bytes, name);
-  if (header.descr != "<f8") throw Error(name + " holds '" + header.descr + "', not little-endian float64 ('<f8')");
+  // Other names that NumPy has for the same type.
+  constexpr std::array<std::string_view, 6> kDouble = {"<f8", "=f8", "f8", "<d", "d", "float64"};
+  if (std::find(kDouble.begin(), kDouble.end(), header.descr) == kDouble.end())
+    throw Error(name + " holds '" + header.descr + "', not little-endian float64 ('<f8')");
   if (header.shape.size() != 2 || header.shape[1] != 8) {
     throw Error(name + " has shape " + shape_text(header.shape) + ", not (N, 8): origin, t_min, direction, t_max");
   }

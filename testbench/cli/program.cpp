@@ -5,10 +5,12 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <iostream>
 #include <memory>
 #include <new>
 #include <thread>
 
+#include "golden/base/interrupt.hpp"
 #include "testbench/cli/commands.hpp"
 #include "testbench/lab/lab.hpp"
 
@@ -20,6 +22,14 @@ void print_error(std::string message) {
   std::replace_if(
       message.begin(), message.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
   std::fprintf(stderr, "retrace: error: %s\n", message.c_str());
+}
+
+/// The exit code, or an error if something could not be printed.
+int check_printed(int exit_code) {
+  const bool flushed = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+  if (std::cout.flush() && flushed) return exit_code;
+  print_error("cannot write to standard output");
+  return 1;
 }
 
 }  // namespace
@@ -80,10 +90,9 @@ int run(int argc, const char* const* argv) {
       if (!found) throw UsageError("there is no command '" + wanted + "'; there are: " + known);
     }
     app.parse(argc, argv);
-    if (std::fflush(stdout) != 0) throw Error("cannot write to standard output");
-    return program.exit_code;
+    return check_printed(program.exit_code);
   } catch (const CLI::Success& success) {
-    return app.exit(success);
+    return check_printed(app.exit(success));
   } catch (const CLI::ParseError& error) {
     std::string command;
     for (const CLI::App* used : app.get_subcommands()) command += " " + used->get_name();

@@ -1,12 +1,8 @@
-// Loading scenes, signals, small text, see workspace.hpp.
+// Loading scenes, small text, see workspace.hpp.
 #include "testbench/cli/workspace.hpp"
-
-#include <signal.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -14,7 +10,6 @@
 #include <cstring>
 #include <fstream>
 
-#include "golden/image/output_file.hpp"
 #include "golden/scene/gltf_loader.hpp"
 #include "golden/scene/kd_builder.hpp"
 #include "scenes/generators.hpp"
@@ -24,48 +19,13 @@
 namespace retrace::cli {
 namespace {
 
-std::atomic<int> shields{0};
-std::atomic<int> pending_signal{0};
-static_assert(std::atomic<int>::is_always_lock_free);
-
 bool is_generator(const std::string& scene) {
   const std::string name = scene.substr(0, scene.find(':'));
   const auto generators = scene_generators();
   return std::any_of(generators.begin(), generators.end(), [&](const SceneGenerator& g) { return g.name == name; });
 }
 
-[[noreturn]] void leave(int signal) {
-  remove_pending_outputs();
-  ::_exit(128 + signal);
-}
-
-extern "C" void on_signal(int signal) {
-  if (shields.load() > 0) {
-    pending_signal.store(signal);
-    return;
-  }
-  leave(signal);
-}
-
 }  // namespace
-
-SignalShield::SignalShield() { shields.fetch_add(1); }
-SignalShield::~SignalShield() {
-  if (shields.fetch_sub(1) == 1 && pending_signal.load() != 0) leave(pending_signal.load());
-}
-
-void install_signal_handlers() {
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  ::sigemptyset(&action.sa_mask);
-  // SIGPIPE too: a reader of standard output that goes away must not leave temporary files behind.
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
-    struct sigaction before {};
-    ::sigaction(signal, nullptr, &before);
-    if (before.sa_handler != SIG_IGN)
-      ::sigaction(signal, &action, nullptr);  // nohup and shells' background jobs ignore some
-  }
-}
 
 bool is_memory_image(const std::filesystem::path& path) {
   std::error_code ignored;
@@ -95,11 +55,12 @@ LoadedScene load_scene(const std::string& scene, const Common& common, bool text
           " is a packed image: it holds no vertices, materials or cameras; name the glTF file it was made from");
     }
     loaded.name = path.stem().string();
-    std::vector<std::string> warnings;
+    std::vector<std::string> notes;
     GltfOptions options;
     options.textures = textures;
-    loaded.scene = load_gltf(path, options, &warnings);
-    for (const std::string& warning : warnings) note(common, warning);
+    options.posed = true;
+    loaded.scene = load_gltf(path, options, &notes);
+    for (const std::string& text : notes) note(common, text);
   }
   loaded.world = flatten(loaded.scene);
   loaded.grid = snap(loaded.world);

@@ -15,10 +15,7 @@
 
 namespace retrace::cli {
 
-/// An argument that cannot be meant; the program exits with 2.
-struct UsageError : Error {
-  using Error::Error;
-};
+using retrace::UsageError;
 
 /// Options that all subcommands share.
 struct Common {
@@ -60,16 +57,5 @@ std::string with_commas(std::uint64_t value);
 std::string with_unit(double value);
 /// Notes on standard error: "retrace: note".
 void note(const Common& common, const std::string& text);
-
-/// While one exists, SIGINT waits for its end. For writers that keep their temporary file to themselves.
-class SignalShield {
- public:
-  SignalShield();
-  ~SignalShield();
-  SignalShield(const SignalShield&) = delete;
-  SignalShield& operator=(const SignalShield&) = delete;
-};
-/// SIGINT and SIGTERM remove what is not finished and end the program.
-void install_signal_handlers();
 
 }  // namespace retrace::cli

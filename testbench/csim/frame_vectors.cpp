@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "golden/image/output_file.hpp"
+#include "golden/base/output_file.hpp"
 #include "golden/scene/kd_builder.hpp"
 #include "golden/scene/view.hpp"
 #include "scenes/open_scene.hpp"

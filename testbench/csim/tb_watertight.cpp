@@ -1,11 +1,16 @@
 // C-simulation testbench: no ray from inside a closed mesh gets out. Rays are aimed at edges and vertices, where a test
-// that loses a bit too many would let them through. usage: tb_watertight [SCENE [SEED [RAYS]]]; SCENE is a closed mesh
-// (sphere, knot) or a closed room with its camera inside.
+// that loses a bit too many would let them through. usage: tb_watertight [SCENE [SEED [RAYS [ENGINE]]]]
+// SCENE: a closed mesh (sphere, knot), a closed room with its camera inside, or one of closed_meshes.hpp (closed:box, closed:sphere,
+// closed:random, closed:sliver). ENGINE: csim (default) or golden; golden also gets rays exactly through edges and vertices.
 #include <cinttypes>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
+#include <memory>
+#include <string>
 
+#include "closed_meshes.hpp"
 #include "csim_engine.hpp"
 #include "golden/scene/kd_builder.hpp"
 #include "golden/scene/view.hpp"
@@ -32,22 +37,54 @@ GridPoint behind_triangle(const GridScene& grid, Random& random) {
   }
 }
 
-int run(const char* name, std::uint64_t seed, std::size_t count) {
-  const Scene scene = open_scene(name);
-  const WorldTriangles world = flatten(scene);
-  const GridScene grid = snap(world);
-  if (grid.triangles.empty()) throw Error(std::string(name) + ": no triangles");
-  const MemoryImage image = build_kd(grid);
-  auto engine = make_csim_engine(image);
-  const bool room = std::strncmp(name, "room", 4) == 0;
-  const glm::dvec3 eye = grid.transform.to_grid(default_view(scene, world).ray(0.5, 0.5, 1, 1).origin);
+/// A closed mesh and points inside it.
+class Subject {
+ public:
+  Subject(const std::string& name, Random& random) {
+    constexpr const char* kClosed = "closed:";
+    if (name.starts_with(kClosed)) {
+      constexpr int kCells = 24;
+      grid = make_closed_mesh(name.substr(std::strlen(kClosed)), kCells, random);
+      origin_ = inside_closed_mesh;
+      return;
+    }
+    const Scene scene = open_scene(name);
+    const WorldTriangles world = flatten(scene);
+    grid = snap(world);
+    if (grid.triangles.empty()) throw Error(name + ": no triangles");
+    if (name.starts_with("room")) {
+      const glm::dvec3 eye = grid.transform.to_grid(default_view(scene, world).ray(0.5, 0.5, 1, 1).origin);
+      origin_ = [eye](const GridScene&, Random&) {
+        return GridPoint(eye * static_cast<double>(1 << contract::kPositionFrac));
+      };
+    } else {
+      origin_ = behind_triangle;
+    }
+  }
+  GridPoint origin(Random& random) const { return origin_(grid, random); }
+  GridScene grid;
+
+ private:
+  std::function<GridPoint(const GridScene&, Random&)> origin_;
+};
+
+int run(const std::string& name, std::uint64_t seed, std::size_t count, const std::string& engine_name) {
+  const bool golden = engine_name == "golden";
+  if (!golden && engine_name != "csim") throw Error(engine_name + ": no such engine (csim, golden)");
   Random random(seed);
+  const Subject subject(name, random);
+  const GridScene& grid = subject.grid;
+  const MemoryImage image = build_kd(grid);
+  const std::unique_ptr<Engine> engine = golden ? make_golden_engine(grid, image) : make_csim_engine(image);
   std::uint64_t escaped = 0, traced = 0;
   constexpr std::size_t kPerOrigin = 4096;
   while (traced < count) {
-    const GridPoint origin =
-        room ? GridPoint(eye * static_cast<double>(1 << contract::kPositionFrac)) : behind_triangle(grid, random);
-    const auto rays = make_edge_rays(grid, origin, std::min<std::size_t>(kPerOrigin * 16, count - traced), random);
+    const GridPoint origin = subject.origin(random);
+    const std::size_t part = std::min<std::size_t>(kPerOrigin * 16, count - traced);
+    const std::size_t exact = golden ? part / 2 : 0;
+    auto rays = make_edge_rays(grid, origin, part - exact, random);
+    const auto more = make_exact_edge_rays(grid, origin, exact, random);
+    rays.insert(rays.end(), more.begin(), more.end());
     std::vector<Hit> hits(rays.size());
     TraceOptions options;
     options.way_up = traced / rays.size() % 2 == 0 ? WayUp::kFaceLinks : WayUp::kParentLinks;
@@ -62,8 +99,8 @@ int run(const char* name, std::uint64_t seed, std::size_t count) {
     traced += rays.size();
   }
   std::printf("%-16s %8zu triangles %9" PRIu64 " rays from inside at edges and vertices, seed %" PRIu64 ": %" PRIu64
-              " escaped\n",
-              name, grid.triangles.size(), traced, seed, escaped);
+              " escaped %s\n",
+              name.c_str(), grid.triangles.size(), traced, seed, escaped, engine_name.c_str());
   return escaped == 0 ? 0 : 1;
 }
 
@@ -74,7 +111,7 @@ int main(int argc, char** argv) {
   const std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 0) : test_seed();
   const std::size_t count = argc > 3 ? std::strtoull(argv[3], nullptr, 0) : 100000;
   try {
-    return run(name, seed, count);
+    return run(name, seed, count, argc > 4 ? argv[4] : "csim");
   } catch (const std::exception& error) {
     std::fprintf(stderr, "tb_watertight: %s\n", error.what());
     return 1;

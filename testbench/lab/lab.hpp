@@ -113,6 +113,9 @@ struct LabReport {
 std::array<RayBatch, kKinds> make_rays(const struct LabScene& scene, const LabOptions& options, std::string& camera,
                                        std::string& light);
 
+/// What reports call a scene: a file's name without folder and extension, or the generator as it was written.
+std::string scene_name(const std::string& spec);
+
 /// Opens a scene (scenes/open_scene.hpp) and measures everything. Throws Error.
 SceneReport measure(const std::string& spec, const LabOptions& options);
 

@@ -13,8 +13,8 @@
 #include <mutex>
 
 #include "golden/accel/catalogue.hpp"
+#include "golden/base/output_file.hpp"
 #include "golden/clock.hpp"
-#include "golden/image/output_file.hpp"
 #include "lab.hpp"
 
 namespace retrace::lab {
@@ -45,7 +45,7 @@ LabOptions parse(const Arguments& a) {
   LabOptions options;
   const std::vector<int> size = numbers(a.size, 'x');
   if (size.size() != 2 || size[0] < 8 || size[1] < 8 || size[0] > 2048 || size[1] > 2048)
-    throw Error("--size takes WIDTHxHEIGHT with both from 8 to 2048, not '" + a.size + "'");
+    throw UsageError("--size takes WIDTHxHEIGHT with both from 8 to 2048, not '" + a.size + "'");
   options.width = size[0], options.height = size[1];
   options.caches.clear();
   for (const int kilobytes : numbers(a.caches, ',')) {
@@ -56,8 +56,8 @@ LabOptions parse(const Arguments& a) {
     options.caches.push_back({static_cast<std::uint32_t>(kilobytes) * 1024, 4});
   }
   if (options.caches.empty() || options.caches.size() > 8)
-    throw Error("--caches takes up to 8 sizes in KB, powers of two from 1 to 65536, separated by commas, not '" +
-                a.caches + "'");
+    throw UsageError("--caches takes up to 8 sizes in KB, powers of two from 1 to 65536, separated by commas, not '" +
+                     a.caches + "'");
   for (const std::string& o : a.only) {
     bool known = false;
     for (const accel::Technique& t : accel::catalogue())
@@ -66,7 +66,7 @@ LabOptions parse(const Arguments& a) {
       std::string keys;
       for (const accel::Technique& t : accel::catalogue())
         if (t.key != "brute-force") keys += (keys.empty() ? "" : ", ") + t.key;
-      throw Error("--only: no structure '" + o + "'; there are: " + keys);
+      throw UsageError("--only: no structure '" + o + "'; there are: " + keys);
     }
   }
   options.only = a.only;
@@ -99,6 +99,11 @@ std::string file_name(std::string text) {
   return text;
 }
 
+/// Where a plot of a scene, named as on the command line, goes.
+std::filesystem::path plot_name(const std::string& folder, const std::string& scene, const std::string& plot = {}) {
+  return std::filesystem::path(folder) / ("lab-" + file_name(scene_name(scene)) + "-" + plot + ".svg");
+}
+
 void run(const Arguments& a) {
   LabReport report;
   report.options = parse(a);
@@ -114,19 +119,22 @@ void run(const Arguments& a) {
   if (a.threads > 0)
     limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
                                                   static_cast<std::size_t>(a.threads));
-  std::vector<std::unique_ptr<OutputFile>> files;
-  const auto open = [&](const std::filesystem::path& path) -> OutputFile& {
-    files.push_back(std::make_unique<OutputFile>(path));
-    return *files.back();
-  };
-  OutputFile* html = a.html.empty() ? nullptr : &open(a.html);
-  OutputFile* markdown = a.markdown.empty() ? nullptr : &open(a.markdown);
+  OutputFiles files;
+  for (const auto* scenes : {&a.scenes, &a.animated})
+    for (const std::string& scene : *scenes) files.reads(scene);
+  OutputFile* html = a.html.empty() ? nullptr : &files.add(a.html);
+  OutputFile* markdown = a.markdown.empty() ? nullptr : &files.add(a.markdown);
   if (markdown) merge_markdown(a.markdown, "");  // before minutes are spent
 
   if (!a.plots.empty()) {
     std::error_code failed;
     std::filesystem::create_directories(a.plots, failed);
     if (failed) throw Error(a.plots + ": cannot be made: " + failed.message());
+    for (std::size_t i = 0; i < a.scenes.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        if (plot_name(a.plots, a.scenes[i]) == plot_name(a.plots, a.scenes[j]))
+          throw UsageError("the plots of " + a.scenes[j] + " and " + a.scenes[i] + " would have the same names");
+    { const OutputFile probe(plot_name(a.plots, "probe")); }  // whether the folder can be written
   }
 
   for (const std::string& scene : a.scenes) report.scenes.push_back(measure(scene, report.options));
@@ -141,16 +149,16 @@ void run(const Arguments& a) {
     for (const SceneReport& scene : report.scenes) {
       if (scene.rows.empty()) continue;
       for (const auto& [name, svg] : to_plots(scene, report.options))
-        open(std::filesystem::path(a.plots) / ("lab-" + file_name(scene.name) + "-" + name + ".svg")).write(svg);
+        files.add(plot_name(a.plots, scene.name, name)).write(svg);
     }
   }
-  for (const auto& file : files) {
-    file->commit();
+  files.commit();
+  for (const auto& file : files.files()) {
     if (!a.quiet) std::fprintf(stderr, "lab %6.1f s  wrote %s\n", seconds(), file->path().c_str());
   }
   if (a.json) {
     std::printf("%s\n", to_json(report).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
-  } else if (files.empty()) {
+  } else if (files.files().empty()) {
     std::printf("%s", to_markdown(report).c_str());
   }
   if (report.differences() > 0)

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <filesystem>
 
-#include "golden/accel/animation.hpp"
 #include "golden/accel/catalogue.hpp"
 #include "golden/accel/probe.hpp"
 #include "golden/clock.hpp"
 #include "golden/image/lighting.hpp"
 #include "golden/image/renderer.hpp"
 #include "golden/image/sampling.hpp"
+#include "golden/scene/animation.hpp"
 #include "golden/scene/view.hpp"
 #include "lab_scene.hpp"
 #include "scenes/open_scene.hpp"
@@ -173,7 +173,7 @@ std::array<RayBatch, kKinds> make_rays(const LabScene& scene, const LabOptions& 
     if (!hit.hit()) continue;
     SurfacePoint point;
     point.id = hit.id;
-    point.position = scene.grid.transform.to_world(primary->origin + hit.t * primary->direction);
+    point.position = (primary->origin + hit.t * primary->direction) / scene.grid.transform.scale;
     const glm::dvec3 a = surfaces.vertex(hit.id, 0), b = surfaces.vertex(hit.id, 1), c = surfaces.vertex(hit.id, 2);
     point.geometric = glm::normalize(glm::cross(b - a, c - a));
     if (glm::dot(point.geometric, ray.direction) > 0.0) point.geometric = -point.geometric;
@@ -215,9 +215,13 @@ std::string label(const Row& row) {
   return text;
 }
 
+std::string scene_name(const std::string& spec) {
+  return std::filesystem::exists(spec) ? std::filesystem::path(spec).stem().string() : spec;
+}
+
 SceneReport measure(const std::string& spec, const LabOptions& options) {
   const double start = now();
-  const std::string name = std::filesystem::exists(spec) ? std::filesystem::path(spec).stem().string() : spec;
+  const std::string name = scene_name(spec);
   const auto say = [&](const std::string& text) {
     if (options.say) options.say(name + ": " + text);
   };

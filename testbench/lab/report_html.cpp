@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "golden/image/colormap.hpp"
+#include "golden/scene/base64.hpp"
 #include "golden/scene/scene.hpp"
 #include "lab.hpp"
 #include "page.hpp"
@@ -15,19 +16,6 @@ namespace retrace::lab {
 namespace {
 
 using nlohmann::ordered_json;
-
-std::string base64(const std::vector<unsigned char>& bytes) {
-  static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t word = bytes[i] << 16;
-    if (left > 1) word |= bytes[i + 1] << 8;
-    if (left > 2) word |= bytes[i + 2];
-    for (std::size_t k = 0; k < 4; ++k) out += k <= left ? kDigits[word >> (18 - 6 * k) & 63] : '=';
-  }
-  return out;
-}
 
 std::string png_uri(const std::vector<float>& values, int width, int height, float top) {
   std::vector<unsigned char> pixels;
@@ -46,7 +34,7 @@ std::string png_uri(const std::vector<float>& values, int width, int height, flo
   spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
   if (!output->open("map.png", spec) || !output->write_image(OIIO::TypeDesc::UINT8, pixels.data()) || !output->close())
     throw Error("heat map: " + output->geterror());
-  return "data:image/png;base64," + base64(file);
+  return "data:image/png;base64," + encode_base64(file);
 }
 
 /// A round number above nearly all values of most maps, so that a few extreme pixels and structures do not flatten the

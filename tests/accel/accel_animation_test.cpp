@@ -7,8 +7,8 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "golden/accel/animation.hpp"
 #include "golden/accel/two_level.hpp"
+#include "golden/scene/animation.hpp"
 #include "golden/scene/gltf_loader.hpp"
 #include "scenes/animated_scenes.hpp"
 #include "testbench/csim/random.hpp"
@@ -134,7 +134,7 @@ TEST(AnimatedScene, SkinFollowsItsJoints) {
   while (rest.nodes[worm].name != "worm") ++worm;
   while (rest.nodes[first].name != "bone 0") ++first;
   const Scene& now = scene.at(1.3);
-  const std::vector<glm::dmat4> world = now.world_transforms();
+  const std::vector<glm::dmat4> world = now.world_transforms(), placed = now.mesh_transforms();
   const Primitive& p = now.meshes[now.nodes[worm].mesh].primitives[0];
   const Primitive& r = rest.meshes[rest.nodes[worm].mesh].primitives[0];
   int checked = 0;
@@ -142,7 +142,7 @@ TEST(AnimatedScene, SkinFollowsItsJoints) {
     // In the lower half of the first segment bone 0 is alone; its inverse bind matrix is the identity.
     if (r.positions[i].y > 0.3 / 5 || r.positions[i].y < 0.0) continue;
     const glm::dvec3 expected = glm::dvec3(world[first] * glm::dvec4(glm::dvec3(r.positions[i]), 1.0));
-    const glm::dvec3 found = glm::dvec3(world[worm] * glm::dvec4(glm::dvec3(p.positions[i]), 1.0));
+    const glm::dvec3 found = glm::dvec3(placed[worm] * glm::dvec4(glm::dvec3(p.positions[i]), 1.0));
     EXPECT_LT(glm::length(found - expected), 1e-5) << i;
     ++checked;
   }
@@ -367,11 +367,32 @@ TEST_F(BadAnimation, SingularInstanceMatrix) {
                         at(r, "ball 2")["scale"] = {1, 0, 1};
                       }),
                "'ball 2': the instance's matrix is singular", "flat ball");
-  expect_error(edited(good,
-                      [&](json& r) {
-                        at(r, "worm")["scale"] = {0, 0, 0};
-                      }),
-               "'worm': the world matrix is singular", "skinned node");
+  // The transform of a skinned node does not count, not even a singular one.
+  AnimatedScene plain = open(good), flat = open(edited(good, [&](json&r) {
+                                      at(r, "worm")["scale"] = {0, 0, 0};
+                                      at(r, "worm")["translation"] = {9, 9, 9};
+                                    }));
+  for (const double time : {0.0, 1.3}) EXPECT_EQ(flatten(plain.at(time)).vertices, flatten(flat.at(time)).vertices);
+}
+TEST_F(BadAnimation, VerticesThatLeaveTheRangeOfFloat) {
+  // The displacements read as short integers are large numbers.
+  const Bytes bad = edited(with_floats(good, "weights", "output", std::vector<float>(18, 3e38f)), [](json& r) {
+    for (json& mesh : r["meshes"])
+      for (json& primitive : mesh["primitives"])
+        if (primitive.contains("targets"))
+          for (json& target : primitive["targets"])
+            r["accessors"][target["POSITION"].get<int>()]["componentType"] = 5123;
+  });
+  try {
+    AnimatedScene scene = open(bad);
+    for (int i = 0; i < 8; ++i) {
+      scene.at(0.5 * i);
+      accel::TwoLevel two(scene);
+    }
+    ADD_FAILURE() << "accepted";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("leaves the range of single precision"), std::string::npos) << e.what();
+  }
 }
 TEST_F(BadAnimation, Targets) {
   expect_error(edited(good, [](json& r) { r["animations"][0]["channels"][1]["target"]["node"] = 99; }),

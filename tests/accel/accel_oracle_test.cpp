@@ -21,10 +21,10 @@
 #include <optional>
 #include <sstream>
 
-#include "golden/accel/animation.hpp"
 #include "golden/accel/catalogue.hpp"
 #include "golden/accel/probe.hpp"
 #include "golden/accel/two_level.hpp"
+#include "golden/scene/animation.hpp"
 #include "golden/scene/gltf_loader.hpp"
 #include "scenes/animated_scenes.hpp"
 #include "scenes/open_scene.hpp"

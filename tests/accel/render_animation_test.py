@@ -118,6 +118,17 @@ def main():
         run("render", "creatures.glb", "-o", "csim.png", *small, "--frames", "1", "--engine", "csim", "--structure", "one-tree", "--no-video")
         check((folder / "csim-0000.png").exists(), "no frame of csim")
 
+        # How a walk goes up and the mailbox count where there is one tree, and are refused where there is not.
+        for way, mailbox in (("parent", 8), ("face", 0)):
+            run("render", "creatures.glb", "-o", "way.png", *small, "--frames", "1", "--structure", "one-tree", "--no-video", "--stats", "way.json",
+                "--way-up", way, *([f"--mailbox={mailbox}"] if mailbox else []))
+            stats_way = json.loads((folder / "way.json").read_text())
+            work = stats_way["frames"][0]["camera"]
+            check((stats_way["way_up"], stats_way["mailbox"]) == (way, mailbox), f"{stats_way['way_up']}, {stats_way['mailbox']}")
+            check((work["up"] > 0) == (way == "parent") and (work["skipped"] > 0) == (mailbox > 0), f"{way}, {mailbox}: {work}")
+        for refused in (["--way-up", "face"], ["--mailbox"]):
+            run("render", "creatures.glb", "-o", "x.png", *small, "--frames", "1", *refused, code=2)
+
         check((folder / "two.mp4").exists() == bool(ffmpeg), "a video exactly where ffmpeg is installed")
         if ffmpeg:
             check(stats["video"] == "two.mp4", f"video: {stats['video']}")

@@ -544,6 +544,105 @@ TEST(SerialDevice, LinesWithoutABoardAreErrors) {
             std::string::npos);
 }
 
+/// A board that answers what it is asked at the speed of a line, and needs time of its own for sums; it can lose a frame.
+class BusyLine final : public cosim::SerialLine {
+ public:
+  static constexpr double kByte = 10.0 / 3e6, kWord = 20.0 / 48e6;
+  explicit BusyLine(std::vector<std::uint64_t>& memory) : memory_(memory) {}
+  void write(std::span<const std::uint8_t> bytes) override {
+    FrameReader reader(70000);
+    for (const std::uint8_t byte : bytes) {
+      const auto frame = reader.take(byte);
+      if (!frame || !frame->good) continue;
+      if (std::exchange(lose, false)) return;
+      const auto& request = frame->body;
+      std::vector<std::uint8_t> answer{link::kResponse, request[1], request[2], request[3], request[4], 0, 0, 0};
+      const auto put = [&](std::uint64_t value, int count) {
+        for (int i = 0; i < count; ++i) answer.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
+      };
+      std::size_t at = link::kRequestHeader, words = 0;
+      while (at < request.size()) {
+        const auto op = static_cast<Op>(request[at++]);
+        if (op == Op::kOpen) continue;
+        if (op == Op::kRegRead) {
+          const std::uint64_t first = link::get(request, at, 2), count = link::get(request, at + 2, 2);
+          at += 4;
+          for (std::uint64_t i = 0; i < count; ++i) put(register_of((first - link::kBoardSpace) / 4 + i), 4);
+          continue;
+        }
+        const std::uint64_t address = link::get(request, at, 5) / 8, count = link::get(request, at + 5, 2);
+        at += 7;
+        if (op == Op::kMemFill) {
+          std::fill_n(&memory_[address], count, link::get(request, at, 8));
+          at += 8;
+          words += count;
+        } else if (op == Op::kMemWrite) {
+          for (std::uint64_t i = 0; i < count; ++i, at += 8) memory_[address + i] = link::get(request, at, 8);
+        } else {
+          std::vector<std::uint8_t> walked;
+          for (std::uint64_t i = 0; i < count; ++i)
+            for (int k = 0; k < 8; ++k) walked.push_back(static_cast<std::uint8_t>(memory_[address + i] >> (8 * k)));
+          put(link::crc(walked), 4);
+          words += count;
+        }
+      }
+      waiting_ = link::frame(answer);
+      ready_ = now_ + kByte * static_cast<double>(bytes.size() + waiting_.size()) + kWord * static_cast<double>(words);
+    }
+  }
+  std::vector<std::uint8_t> read(double seconds) override {
+    if (waiting_.empty() || ready_ > now_ + seconds) {
+      now_ += seconds;
+      return {};
+    }
+    now_ = std::max(now_, ready_);
+    return std::exchange(waiting_, {});
+  }
+  double now() const override { return now_; }
+  const std::string& name() const override { return name_; }
+
+  bool lose = false;
+
+ private:
+  std::uint32_t register_of(std::uint64_t index) const {
+    switch (index) {
+      case link::kBoardIdentity:
+        return link::kBoardId;
+      case link::kBoardVersion:
+        return static_cast<std::uint32_t>(contract::kImageVersion) << 8 | 4096u << 16;
+      case link::kBoardMemoryBytes:
+        return static_cast<std::uint32_t>(8 * memory_.size());
+      case link::kBoardClockHz:
+        return 48000000;
+      default:
+        return 0;
+    }
+  }
+  std::vector<std::uint64_t>& memory_;
+  std::vector<std::uint8_t> waiting_;
+  double now_ = 0, ready_ = 0;
+  std::string name_ = "busy";
+};
+
+TEST(SerialDevice, WhatTheBoardWorksIsNotTheLinesSpeed) {
+  std::vector<std::uint64_t> memory(100000);
+  auto line = std::make_unique<BusyLine>(memory);
+  BusyLine& busy = *line;
+  cosim::SerialDevice device(std::move(line), {});
+  // A fill and a sum of 65,000 words each, 27 ms of work behind 60 bytes; then a frame gets lost.
+  const std::vector<std::uint64_t> words(65000, 7);
+  device.write_memory(device.allocate(8 * words.size()), words);
+  EXPECT_EQ(memory[64999], 7u);
+  EXPECT_EQ(device.statistics().timeouts, 0u) << "the work was not waited for";
+  busy.lose = true;
+  const double start = busy.now();
+  std::vector<std::uint64_t> some(400);
+  for (std::size_t i = 0; i < some.size(); ++i) some[i] = i;
+  device.write_memory(0, some);
+  EXPECT_EQ(device.statistics().timeouts, 1u);
+  EXPECT_LT(busy.now() - start, 0.2) << "the line is believed to be as slow as the board's work";
+}
+
 /// A board that frames its answers well and says whatever it likes.
 class HostileLine final : public cosim::SerialLine {
  public:

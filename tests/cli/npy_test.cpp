@@ -53,6 +53,18 @@ TEST(Npy, ReadsWhatIsUnusualButRight) {
             1u);
 }
 
+TEST(Npy, ReadsWhatPython2AndOtherWritersMake) {
+  const std::string python2 = "{'descr': '<f8', 'fortran_order': False, 'shape': (3L, 8L), }        \n";
+  const auto rays = parse_rays(file(1, python2, doubles(24)), "a");
+  ASSERT_EQ(rays.size(), 3u);
+  EXPECT_EQ(rays[2][7], 23.5);
+  EXPECT_EQ(
+      parse_rays(file(1, "{u'descr': u'<f8', u'fortran_order': False, u'shape': (1L, 8L)}", doubles(8)), "a").size(),
+      1u);
+  for (const char* descr : {"=f8", "f8", "<d", "d", "float64"})
+    EXPECT_EQ(parse_rays(file(1, plain_header("(1, 8)", descr), doubles(8)), "a").size(), 1u) << descr;
+}
+
 struct Bad {
   const char* what;
   std::string bytes;
@@ -92,6 +104,8 @@ TEST(Npy, HostileFilesAreOneErrorEach) {
       {"six columns", file(1, plain_header("(1, 6)"), data), "shape (1, 6)"},
       {"three axes", file(1, plain_header("(1, 8, 1)"), data), "shape (1, 8, 1)"},
       {"negative", file(1, plain_header("(-1, 8)"), data), "damaged shape"},
+      {"letter in the shape", file(1, plain_header("(L, 8)"), data), "damaged shape"},
+      {"two letters in the shape", file(1, plain_header("(1LL, 8)"), data), "damaged header"},
       {"too short", file(1, plain_header("(2, 8)"), data), "too short"},
       {"too long", file(1, plain_header("(1, 8)"), doubles(9)), "longer"},
       {"product overflows", file(1, plain_header("(2305843009213693953, 8)"), data), "too short"},

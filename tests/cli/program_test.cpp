@@ -139,6 +139,11 @@ TEST_F(Program, WrongUsageIsOneLineAndTwo) {
       {"make-scene"},
       {"make-scene", "box"},
       {"trace", "box", "-i", "rays.npy"},
+      {"lab"},
+      {"lab", "box", "--size", "4"},
+      {"lab", "box", "--size", "9999x4"},
+      {"lab", "box", "--caches", "3"},
+      {"lab", "box", "--only", "nothing"},
       {"pack", "box"}};
   for (const Arguments& arguments : cases) {
     const Outcome outcome = run(arguments);
@@ -149,6 +154,84 @@ TEST_F(Program, WrongUsageIsOneLineAndTwo) {
     EXPECT_EQ(outcome.out, "") << line;
   }
   EXPECT_TRUE(files().empty());
+}
+
+TEST_F(Program, TheSameFileTwiceIsWrongUsage) {
+  ASSERT_EQ(run({"make-scene", "box", "-o", "box.glb"}).exit_code, 0);
+  write("rays.npy", "not looked at");
+  fs::create_symlink("box.glb", work("link.glb"));
+  fs::create_hard_link(work("box.glb"), work("hard.png"));
+  const std::string scene = text_of(work("box.glb"));
+  const std::vector<Arguments> cases = {{"pack", "box.glb", "-o", "box.glb"},
+                                        {"pack", "box.glb", "-o", "link.glb"},
+                                        {"pack", "link.glb", "-o", "./box.glb"},
+                                        {"render", "box.glb", "-o", "hard.png"},
+                                        {"render", "box.glb", "-o", "a.png", "--stats", "box.glb"},
+                                        {"render", "box.glb", "-o", "a.png", "--stats", "./a.png"},
+                                        {"render", "box.glb", "-o", "a.png", "--aov", "depth,depth"},
+                                        {"render", "box.glb", "-o", "a.png", "--aov", "id", "--stats", "a.id.png"},
+                                        {"render", "box.glb", "-o", "/dev/stdout", "--aov", "id"},
+                                        {"compare", "box.glb", "-o", "a.png", "--stats", "a.png"},
+                                        {"compare", "box.glb", "--stats", "box.glb"},
+                                        {"trace", "box.glb", "-i", "rays.npy", "-o", "x", "--stats", "x"},
+                                        {"trace", "box.glb", "-i", "rays.npy", "-o", "rays.npy"},
+                                        {"trace", "box.glb", "-i", "rays.npy", "-o", "x", "--stats", "box.glb"},
+                                        {"lab", "box.glb", "--html", "x", "--markdown", "x"},
+                                        {"lab", "box.glb", "--html", "box.glb"},
+                                        {"lab", "box.glb", "link.glb", "box.glb", "--plots", "."}};
+  const auto before = files();
+  for (const Arguments& arguments : cases) {
+    const Outcome outcome = run(arguments);
+    std::string line;
+    for (const std::string& a : arguments) line += a + " ";
+    EXPECT_EQ(outcome.exit_code, 2) << line << ": " << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << line << ": " << outcome.err;
+    EXPECT_EQ(files(), before) << line;
+    EXPECT_EQ(text_of(work("box.glb")), scene) << line;
+  }
+}
+
+TEST_F(Program, StandardOutputMayBeAnOutput) {
+  const Outcome picture = run({"render", "box", "-o", "/dev/stdout", "--size", "32x24", "--spp", "1"});
+  ASSERT_EQ(picture.exit_code, 0) << picture.err;
+  EXPECT_EQ(picture.out.substr(0, 4), "\x89PNG");
+  EXPECT_TRUE(picture.out.ends_with(std::string("IEND\xae\x42\x60\x82", 8))) << "something follows the picture";
+  EXPECT_NE(picture.err.find("wrote /dev/stdout"), std::string::npos) << "what is printed goes to standard error";
+  const Outcome scene = run({"make-scene", "box", "-o", "/dev/fd/1"});
+  ASSERT_EQ(scene.exit_code, 0) << scene.err;
+  EXPECT_EQ(scene.out.substr(0, 4), "glTF");
+}
+
+TEST_F(Program, HdrHoldsLinearRadiance) {
+  for (const char* name : {"a.hdr", "a.rgbe"}) {
+    const Outcome outcome = run({"render", "box", "-o", name, "--size", "32x24", "--spp", "1"});
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(text_of(work(name)).substr(0, 2), "#?") << name;
+  }
+  EXPECT_EQ(text_of(work("a.hdr")), text_of(work("a.rgbe")));
+}
+
+TEST_F(Program, WhatCannotBePrintedIsAnError) {
+  const int full = ::open("/dev/full", O_WRONLY);
+  ASSERT_GE(full, 0);
+  for (const Arguments& arguments :
+       std::vector<Arguments>{{"info", "box"}, {"--help"}, {"render", "--help"}, {"--version"}}) {
+    std::vector<char*> argv = {const_cast<char*>(RETRACE_PROGRAM)};
+    for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
+    argv.push_back(nullptr);
+    const pid_t child = ::fork();
+    if (child == 0) {
+      ::dup2(full, STDOUT_FILENO);
+      ::dup2(::open((folder_ / "logs/err").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
+      ::execv(argv[0], argv.data());
+      ::_exit(127);
+    }
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    EXPECT_EQ(WIFEXITED(status) ? WEXITSTATUS(status) : -1, 1) << arguments.back();
+    EXPECT_EQ(text_of(folder_ / "logs/err"), "retrace: error: cannot write to standard output\n") << arguments.back();
+  }
+  ::close(full);
 }
 
 TEST_F(Program, ErrorsAreOneLineAndOne) {
@@ -166,6 +249,9 @@ TEST_F(Program, ErrorsAreOneLineAndOne) {
                                         {"render", "box", "-o", "no/such/folder/a.png"},
                                         {"render", "box", "-o", "a.nonsense"},
                                         {"render", "box", "-o", "a"},
+                                        {"render", "box", "-o", "a.null"},
+                                        {"render", "box", "-o", "a.ico", "--size", "640x480"},
+                                        {"render", "box", "-o", "/proc/a.png"},
                                         {"render", "box", "-o", "a.png", "--camera", "nobody"},
                                         {"render", "box", "-o", "a.png", "--stats", "no/such/folder/a.json"},
                                         {"render", "box:sides=7", "-o", "a.png"},
@@ -407,8 +493,14 @@ TEST_F(Program, TraceNamesTheRayThatIsWrong) {
 TEST_F(Program, InterruptionLeavesNothing) {
   write("a.png", "old");
   const pid_t child = start({"render", "box", "-o", "a.png", "--size", "4000x4000", "--spp", "1024", "--aov", "depth"});
-  // Until its temporary file is there the program has not begun; a render of this size then takes minutes.
-  while (files().size() < 2 && ::waitpid(child, nullptr, WNOHANG) == 0) ::usleep(1000);
+  // Once it handles the signal it is at work, and a render of this size takes minutes.
+  const auto handles = [&](int signal) {
+    const std::string status = text_of("/proc/" + std::to_string(child) + "/status");
+    const std::size_t at = status.find("SigCgt:");
+    return at != std::string::npos && (std::stoull(status.substr(at + 7), nullptr, 16) >> (signal - 1) & 1) != 0;
+  };
+  while (!handles(SIGINT)) ::usleep(1000);
+  ::usleep(300000);
   ::kill(child, SIGINT);
   const Outcome outcome = finish(child);
   EXPECT_EQ(outcome.exit_code, 128 + SIGINT);

@@ -224,7 +224,7 @@ Hit walk_without_exit_distance(const GridScene& scene, const MemoryImage& image,
       std::array<int, 3> order;
       make_unit_triangle(*triangle, &order);
       golden::Candidate candidate;
-      if (golden::tri_test(golden::make_unit_triangle(*triangle, order), ray, limit, candidate)) {
+      if (golden::tri_test(golden::make_triangle(*triangle, order), ray, limit, candidate) && candidate.t <= limit) {
         limit = candidate.t;
         best.status = contract::kStatusHit;
         best.id = id;

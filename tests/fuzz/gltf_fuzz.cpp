@@ -95,7 +95,7 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace retrace;
   try {
-    const Scene scene = load_gltf_memory({data, size});
+    const Scene scene = load_gltf_memory({data, size}, {.scene = {}, .posed = true});
     // Instances make much of little; the bound on them is flatten's own test.
     std::size_t triangles = 0;
     for (const std::uint32_t node : scene.reachable())

@@ -116,7 +116,7 @@ TEST(SurfacePoints, BarycentricsBelongToTheVerticesOfTheFile) {
     glm::dvec3 expected(0.0);
     for (std::size_t k = 0; k < 3; ++k) expected += model.world.vertices[triangle.id][k] * weights[k];
     const SurfacePoint point = surfaces.at(hit_of(triangle.id, u, v), {0, 0, 1});
-    ASSERT_LT(glm::length(point.position - expected), 1e-6) << triangle.id;
+    ASSERT_LT(glm::length(point.position - surfaces.from_world(expected)), 1e-6) << triangle.id;
     ASSERT_NEAR(point.texcoord.x, weights[1], 1e-6) << triangle.id;
     ASSERT_NEAR(point.texcoord.y, weights[2], 1e-6) << triangle.id;
     const glm::dvec3 b = surfaces.file_barycentrics(hit_of(triangle.id, u, v));
@@ -185,6 +185,32 @@ TEST(SurfacePoints, AlphaIsWhatTheModeSays) {
   EXPECT_EQ(alpha(Material::Alpha::kBlend, 0.25f), 0.25f);
 }
 
+TEST(SurfacePoints, MetallicAndRoughnessComeFromTheirTexture) {
+  Model model;
+  model.triangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  model.finish();
+  Texture factors;  // left and right texel differ
+  factors.width = 2;
+  factors.height = 1;
+  factors.texels = {{1, 0.5f, 0.0f, 1}, {1, 0.25f, 1.0f, 1}};
+  factors.wrap_u = factors.wrap_v = Texture::Wrap::kClamp;
+  model.scene.textures.push_back(factors);
+  Material& material = model.scene.materials[0];
+  material.metallic = 0.5f;
+  material.roughness = 0.8f;
+  material.surface_texture = 0;
+  const Surfaces surfaces(model.scene, model.world, model.grid);
+  const auto at = [&](float u) {
+    material.surface_transform.offset = {u, 0.5f};
+    material.surface_transform.scale = {0, 0};
+    return surfaces.at(hit_of(0, 0.2, 0.2), {0, 0, -1});
+  };
+  EXPECT_FLOAT_EQ(at(0.0f).metallic, 0.0f);
+  EXPECT_FLOAT_EQ(at(0.0f).roughness, 0.4f);
+  EXPECT_FLOAT_EQ(at(1.0f).metallic, 0.5f);
+  EXPECT_FLOAT_EQ(at(1.0f).roughness, 0.2f);
+}
+
 // Each of the 2^k elementary boxes holds exactly one of the first 2^k points, whatever the seed: a (0, 2)-sequence.
 TEST(Sampling, IsANetInEveryElementaryBox) {
   for (const std::uint32_t seed : {0u, 1u, 0xdeadbeefu}) {
@@ -249,7 +275,7 @@ struct Lit : Model {
     const Surfaces surfaces(scene, world, grid);
     const Lighting lighting(surfaces, default_view(scene, world), LightChoice::kScene, false);
     SurfacePoint point;
-    point.position = where;
+    point.position = surfaces.from_world(where);
     point.geometric = point.normal = {0, 1, 0};
     std::vector<LightSample> samples;
     double sum = 0;

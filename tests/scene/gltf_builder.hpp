@@ -7,21 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "golden/scene/base64.hpp"
+
 namespace retrace::test {
 
 using Bytes = std::vector<std::uint8_t>;
 using nlohmann::json;
 
-inline std::string base64(const Bytes& bytes) {
-  const char* alphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t bits = 0;
-    for (std::size_t k = 0; k < 3; ++k) bits = bits << 8 | (i + k < bytes.size() ? bytes[i + k] : 0u);
-    for (std::size_t k = 0; k < 4; ++k) out += i + k > bytes.size() ? '=' : alphabet[bits >> (18 - 6 * k) & 63];
-  }
-  return out;
-}
+inline std::string base64(const Bytes& bytes) { return encode_base64(bytes); }
 
 class GltfBuilder {
  public:

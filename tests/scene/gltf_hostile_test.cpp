@@ -1,5 +1,5 @@
-// Malformed files: each ends in one Error of one line that says where and what. The table is the specification of the
-// messages.
+// Malformed files: a fault in what the scene shows ends in one Error of one line that says where and what; any other
+// fault is one note, and the file loads. The tables are the specification of the messages.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -73,11 +73,30 @@ const Case kCases[] = {
     {"draco",
      [](GltfBuilder& b) { b.root["extensionsRequired"] = {"KHR_draco_mesh_compression"}; },
      {"requires the extension 'KHR_draco_mesh_compression'"}},
-    {"texture transform required",
+    {"unknown extension required",
      [](GltfBuilder& b) {
-       b.root["extensionsRequired"] = {"KHR_lights_punctual", "KHR_texture_transform"};
+       b.root["extensionsRequired"] = {"KHR_lights_punctual", "EXT_unheard_of"};
      },
-     {"'KHR_texture_transform'"}},
+     {"requires the extension 'EXT_unheard_of'"}},
+    {"compressed primitive",
+     [](GltfBuilder& b) {
+       b.primitive()["extensions"]["KHR_draco_mesh_compression"] = {{"bufferView", 0}};
+       positions(b).erase("bufferView");
+     },
+     {"mesh 0 primitive 0: is compressed (KHR_draco_mesh_compression)"}},
+    {"compressed view",
+     [](GltfBuilder& b) {
+       b.root["buffers"] = {{{"byteLength", 42}}};
+       b.root["bufferViews"][0]["extensions"]["EXT_meshopt_compression"] = {{"buffer", 0}};
+     },
+     {"bufferView 0: is compressed (EXT_meshopt_compression)"}},
+    {"too deep",
+     [](GltfBuilder& b) {
+       json deep = 1;
+       for (int i = 0; i < 100; ++i) deep = json::array({deep});
+       b.root["nodes"][0]["extensions"]["X"] = deep;
+     },
+     {"nested deeper than 64"}},
     {"newlines in names", [](GltfBuilder& b) { b.root["extensionsRequired"] = {"a\nb\tc\x7f"}; }, {"'a?b?c?'"}},
     {"nodes is an object",
      [](GltfBuilder& b) {
@@ -85,16 +104,6 @@ const Case kCases[] = {
      },
      {"'nodes' must be an array"}},
     {"node is a number", [](GltfBuilder& b) { b.root["nodes"][0] = 7; }, {"node 0: must be an object, is 7"}},
-    {"extension is a string",
-     [](GltfBuilder& b) { b.root["nodes"][0]["extensions"]["X"] = "y"; },
-     {"node 0: extension 'X' must be an object"}},
-    {"too deep",
-     [](GltfBuilder& b) {
-       json deep = 1;
-       for (int i = 0; i < 100; ++i) deep = json::array({deep});
-       b.root["extras"] = deep;
-     },
-     {"nested deeper than 64"}},
     // Indices between objects.
     {"mesh of node",
      [](GltfBuilder& b) {
@@ -109,10 +118,6 @@ const Case kCases[] = {
      [](GltfBuilder& b) { b.root["nodes"][0]["mesh"] = 4294967296; },
      {"node 0: 'mesh' must be an index, is 4294967296"}},
     {"fractional mesh", [](GltfBuilder& b) { b.root["nodes"][0]["mesh"] = 0.5; }, {"'mesh' must be an index, is 0.5"}},
-    {"camera of node", [](GltfBuilder& b) { b.root["nodes"][0]["camera"] = 0; }, {"node 0: there is no camera 0"}},
-    {"light of node",
-     [](GltfBuilder& b) { b.root["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 3; },
-     {"node 0: there is no light 3"}},
     {"child of node", [](GltfBuilder& b) { b.root["nodes"][0]["children"] = {9}; }, {"node 0: there is no node 9"}},
     {"material",
      [](GltfBuilder& b) {
@@ -129,39 +134,29 @@ const Case kCases[] = {
     {"buffer", [](GltfBuilder& b) { b.root["bufferViews"][0]["buffer"] = 1; }, {"bufferView 0: there is no buffer 1"}},
     {"scene", [](GltfBuilder& b) { b.root["scene"] = 3; }, {"'scene' is 3, but the file has 1 scenes"}},
     {"root of scene", [](GltfBuilder& b) { b.root["scenes"][0]["nodes"] = {5}; }, {"scene 0: there is no node 5"}},
-    {"texture",
-     [](GltfBuilder& b) {
-       add_texture(b, {{"uri", "x"}});
-       b.root["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 8;
-     },
-     {"material 0 'wood' base colour: there is no texture 8"}},
-    {"image of texture",
-     [](GltfBuilder& b) {
-       add_texture(b, {{"uri", "x"}});
-       b.root["textures"][0]["source"] = 2;
-     },
-     {"texture 0: there is no image 2"}},
-    {"sampler of texture",
-     [](GltfBuilder& b) {
-       add_texture(b, {{"uri", "x"}});
-       b.root["textures"][0]["sampler"] = 0;
-     },
-     {"texture 0: there is no sampler 0"}},
     // The hierarchy.
     {"own child", [](GltfBuilder& b) { b.root["nodes"][0]["children"] = {0}; }, {"node 0: is its own ancestor"}},
-    {"cycle",
+    {"two parents, shown",
      [](GltfBuilder& b) {
-       b.add("nodes", {{"children", {2}}});
-       b.add("nodes", {{"children", {1}}});
-     },
-     {"node 1: is its own ancestor"}},
-    {"two parents",
-     [](GltfBuilder& b) {
+       b.root["nodes"][0]["children"] = {1, 2};
        b.add("nodes", {{"children", {3}}});
        b.add("nodes", {{"children", {3}}});
        b.add("nodes", {{"name", "x"}});
      },
      {"node 3 'x': is a child of node 1 and of node 2"}},
+    {"instances of unequal counts",
+     [](GltfBuilder& b) {
+       const int move = b.floats({0, 0, 0, 1, 0, 0}, "VEC3"), size = b.floats({1, 1, 1}, "VEC3");
+       b.root["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {{"SCALE", size},
+                                                                                    {"TRANSLATION", move}};
+     },
+     {"node 0 EXT_mesh_gpu_instancing: TRANSLATION accessor 2: has 2 elements, but another attribute has 1"}},
+    {"a billion instances",
+     [](GltfBuilder& b) {
+       const int move = b.accessor(-1, GltfBuilder::kFloat, 1000000000, "VEC3");
+       b.root["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = move;
+     },
+     {"TRANSLATION accessor 2: too many elements without a bufferView"}},
     {"child twice",
      [](GltfBuilder& b) {
        b.root["nodes"][0]["children"] = {1, 1};
@@ -189,11 +184,6 @@ const Case kCases[] = {
        b.root["nodes"][0]["translation"] = {1, "2", 3};
      },
      {"node 0: 'translation' must be 3 numbers, is [1,\"2\",3]"}},
-    {"zero rotation",
-     [](GltfBuilder& b) {
-       b.root["nodes"][0]["rotation"] = {0, 0, 0, 0};
-     },
-     {"node 0: 'rotation' is not a unit quaternion"}},
     {"overflowing hierarchy",
      [](GltfBuilder& b) {
        b.root["nodes"][0]["scale"] = {1e200, 1, 1};
@@ -202,9 +192,6 @@ const Case kCases[] = {
      },
      {"node 1: the world transform is not finite"}},
     // Accessors and buffers.
-    {"no POSITION data",
-     [](GltfBuilder& b) { positions(b).erase("bufferView"); },
-     {"POSITION accessor 0: has neither a bufferView nor sparse values"}},
     {"count too large",
      [](GltfBuilder& b) { positions(b)["count"] = 4; },
      {"POSITION accessor 0: 4 elements from byte 0 reach outside the bufferView of 36 bytes"}},
@@ -234,7 +221,7 @@ const Case kCases[] = {
      {"'byteStride' of bufferView 0 is 8, less than an element of 12 bytes"}},
     {"odd stride",
      [](GltfBuilder& b) { b.root["bufferViews"][0]["byteStride"] = 13; },
-     {"bufferView 0: 'byteStride' must be a multiple of 4"}},
+     {"POSITION accessor 0: 3 elements from byte 0 reach outside the bufferView of 36 bytes"}},
     {"unknown component type",
      [](GltfBuilder& b) { positions(b)["componentType"] = 5130; },
      {"accessor 0: 'componentType' 5130 does not exist"}},
@@ -338,9 +325,6 @@ const Case kCases[] = {
        positions(b)["count"] = 1000000000;
      },
      {"POSITION accessor 0: too many elements without a bufferView"}},
-    {"indices without a view",
-     [](GltfBuilder& b) { indices(b).erase("bufferView"); },
-     {"accessor[1] invalid bufferView"}},
     {"buffer shorter than it says",
      [](GltfBuilder& b) {
        b.root["buffers"] = {{{"byteLength", 100}, {"uri", "data:;base64,AAAA"}}};
@@ -356,11 +340,6 @@ const Case kCases[] = {
        b.root["buffers"] = {{{"byteLength", 3}, {"uri", "data:;base64,AAAAA"}}};
      },
      {"buffer 0: data URI: base64 text is cut off"}},
-    {"text data URI",
-     [](GltfBuilder& b) {
-       b.root["buffers"] = {{{"byteLength", 3}, {"uri", "data:text/plain,abc"}}};
-     },
-     {"buffer 0: data URI: is not base64"}},
     {"no URI",
      [](GltfBuilder& b) {
        b.root["buffers"] = {{{"byteLength", 42}}};
@@ -372,26 +351,73 @@ const Case kCases[] = {
      },
      {"buffer 0: external file 'a.bin' cannot be opened when loading from memory"}},
     // Materials, cameras, lights, images.
-    {"alpha mode",
-     [](GltfBuilder& b) {
-       b.add("materials", {{"alphaMode", "CUT"}});
-     },
-     {"material 0: 'alphaMode' must be OPAQUE, MASK or BLEND, is 'CUT'"}},
     {"three factors",
      [](GltfBuilder& b) {
-       b.add("materials", {{"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1}}}}});
+       b.primitive()["material"] = b.add("materials", {{"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1}}}}});
      },
      {"material 0: 'baseColorFactor' must be 4 numbers"}},
     {"factor beyond float",
      [](GltfBuilder& b) {
-       b.add("materials", {{"emissiveFactor", {1, 1e60, 1}}});
+       b.primitive()["material"] = b.add("materials", {{"emissiveFactor", {1, 1e60, 1}}});
      },
      {"material 0: 'emissiveFactor' must be 3 numbers"}},
     {"double-sided is 1",
      [](GltfBuilder& b) {
-       b.add("materials", {{"doubleSided", 1}});
+       b.primitive()["material"] = b.add("materials", {{"doubleSided", 1}});
      },
      {"material 0: 'doubleSided' must be true or false, is 1"}},
+};
+
+/// Faults in what the scene does not show, or that leave something to show: the file loads with one note.
+const Case kNoted[] = {
+    {"extension is a string",
+     [](GltfBuilder& b) { b.root["nodes"][0]["extensions"]["X"] = "y"; },
+     {"node 0: extension 'X' must be an object"}},
+    {"camera of node", [](GltfBuilder& b) { b.root["nodes"][0]["camera"] = 0; }, {"node 0: there is no camera 0"}},
+    {"light of node",
+     [](GltfBuilder& b) { b.root["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 3; },
+     {"node 0: there is no light 3"}},
+    {"texture",
+     [](GltfBuilder& b) {
+       add_texture(b, {{"uri", "x"}});
+       b.root["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 8;
+     },
+     {"material 0 'wood' base colour: there is no texture 8"}},
+    {"image of texture",
+     [](GltfBuilder& b) {
+       add_texture(b, {{"uri", "x"}});
+       b.root["textures"][0]["source"] = 2;
+     },
+     {"texture 0: there is no image 2"}},
+    {"sampler of texture",
+     [](GltfBuilder& b) {
+       add_texture(b, {{"uri", "x"}});
+       b.root["textures"][0]["sampler"] = 0;
+     },
+     {"texture 0: there is no sampler 0"}},
+    {"zero rotation",
+     [](GltfBuilder& b) {
+       b.root["nodes"][0]["rotation"] = {0, 0, 0, 0};
+     },
+     {"node 0: 'rotation' is not a unit quaternion"}},
+    {"cycle",
+     [](GltfBuilder& b) {
+       b.add("nodes", {{"children", {2}}});
+       b.add("nodes", {{"children", {1}}});
+     },
+     {"node 1: is its own ancestor, or below one that is; it is not used"}},
+    {"two parents",
+     [](GltfBuilder& b) {
+       b.add("nodes", {{"children", {3}}});
+       b.add("nodes", {{"children", {3}}});
+       b.add("nodes", {{"name", "x"}});
+     },
+     {"node 3 'x': is a child of node 1 and of node 2"}},
+    {"alpha mode",
+     [](GltfBuilder& b) {
+       b.add("materials", {{"alphaMode", "CUT"}});
+     },
+     {"material 0: 'alphaMode' must be OPAQUE, MASK or BLEND, is 'CUT'; OPAQUE is taken"}},
     {"camera type",
      [](GltfBuilder& b) {
        b.add("cameras", {{"type", "fish-eye"}});
@@ -427,7 +453,7 @@ const Case kCases[] = {
      [](GltfBuilder& b) {
        b.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}, {"intensity", -1}}};
      },
-     {"light 0: 'intensity' is out of range: -1"}},
+     {"light 0: 'intensity' is out of range: -1; the light is left out"}},
     {"spot without cone",
      [](GltfBuilder& b) {
        b.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "spot"}}};
@@ -438,7 +464,7 @@ const Case kCases[] = {
        b.root["extensions"]["KHR_lights_punctual"]["lights"] = {
            {{"type", "spot"}, {"spot", {{"innerConeAngle", 1}, {"outerConeAngle", 0.5}}}}};
      },
-     {"light 0: 'innerConeAngle' must be less"}},
+     {"light 0: the cone angles must be 0 <= inner < outer <= pi / 2, are 1.0 and 0.5"}},
     {"lights is an object",
      [](GltfBuilder& b) { b.root["extensions"]["KHR_lights_punctual"]["lights"] = json::object(); },
      {"'lights' must be an array"}},
@@ -451,7 +477,7 @@ const Case kCases[] = {
      [](GltfBuilder& b) {
        add_texture(b, {{"uri", "x"}, {"bufferView", 0}});
      },
-     {"image 0: must have either 'uri' or 'bufferView'"}},
+     {"image 0: is neither PNG nor JPEG; the texture is left out"}},
     {"image is no image",
      [](GltfBuilder& b) {
        add_texture(b, {{"bufferView", 0}});
@@ -499,7 +525,7 @@ const Case kCases[] = {
            b, {{"uri",
                 "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAQAAAAEAACAAAAACMo09YAAAAAElEQVQ1rwYeAAAAAElFTkSuQmCC"}});
      },
-     {"image 0: the images of the file have too many pixels in total"}},
+     {"image 0: has more than 134217728 pixels"}},
     {"wrap mode",
      [](GltfBuilder& b) {
        add_texture(b, {{"uri", "x"}});
@@ -507,6 +533,123 @@ const Case kCases[] = {
        b.add("samplers", {{"wrapS", 1}});
      },
      {"texture 0: wrap mode 1 does not exist"}},
+    {"three factors of a material that nobody uses",
+     [](GltfBuilder& b) {
+       b.add("materials", {{"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1}}}}});
+     },
+     {"material 0: 'baseColorFactor' must be 4 numbers", "; it is not used"}},
+    {"bounds that are null",
+     [](GltfBuilder& b) {
+       positions(b)["min"] = {nullptr, nullptr, nullptr};
+     },
+     {"accessor 0: 'min' must be numbers", "bounds are not used"}},
+    {"bounds that are none",
+     [](GltfBuilder& b) { positions(b)["max"] = "none"; },
+     {"accessor 0: 'max' must be numbers, is \"none\"; bounds are not used"}},
+    {"camera without shape",
+     [](GltfBuilder& b) {
+       add_camera(b, {{"yfov", 1}, {"znear", 1}, {"aspectRatio", 0}});
+     },
+     {"camera 0: 'aspectRatio' is out of range: 0; that of the image is taken"}},
+    {"camera that ends before it begins",
+     [](GltfBuilder& b) {
+       add_camera(b, {{"yfov", 1}, {"znear", 1}, {"zfar", 0.5}});
+     },
+     {"camera 0: 'zfar' must be more than 'znear', is 0.5; neither clips"}},
+    {"camera behind itself",
+     [](GltfBuilder& b) {
+       add_camera(b, {{"yfov", 1}, {"znear", -1}});
+     },
+     {"camera 0: 'znear' is out of range: -1; 0 is taken"}},
+    {"equal cones",
+     [](GltfBuilder& b) {
+       b.root["extensions"]["KHR_lights_punctual"]["lights"] = {
+           {{"type", "spot"}, {"spot", {{"innerConeAngle", 0.5}, {"outerConeAngle", 0.5}}}}};
+     },
+     {"light 0: the cone angles must be 0 <= inner < outer <= pi / 2, are 0.5 and 0.5"}},
+    {"negative range",
+     [](GltfBuilder& b) {
+       b.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}, {"range", -1}}};
+     },
+     {"light 0: 'range' is out of range: -1; the light is not limited"}},
+    {"INT accessor that nobody uses",
+     [](GltfBuilder& b) { b.accessor(0, 5124, 3, "VEC3"); },
+     {"accessor 2: 'componentType' 5124 does not exist; it is not used"}},
+    {"stride 2 on indices",
+     [](GltfBuilder& b) { b.root["bufferViews"][1]["byteStride"] = 2; },
+     {"bufferView 1: 'byteStride' should be a multiple of 4 up to 252, is 2; it is taken as it stands"}},
+    {"mesh that nobody shows",
+     [](GltfBuilder& b) {
+       b.mesh({{"POSITION", 99}});
+     },
+     {"mesh 1 primitive 0: POSITION accessor 99: there is no such accessor; it is not used"}},
+    {"node that nobody shows",
+     [](GltfBuilder& b) {
+       b.add("nodes", {{"mesh", 7}});
+     },
+     {"node 1: there is no mesh 7; it is not used"}},
+    {"name is a number",
+     [](GltfBuilder& b) { b.root["nodes"][0]["name"] = 5; },
+     {"node 0: 'name' must be a string, is 5; it is left out"}},
+    {"cameras is an object",
+     [](GltfBuilder& b) {
+       b.root["cameras"] = json::object({{"0", 1}});
+     },
+     {"glTF: 'cameras' must be an array", "; it is not used"}},
+    {"animations is a string",
+     [](GltfBuilder& b) { b.root["animations"] = "walk"; },
+     {"glTF: 'animations' must be an array, is \"walk\"; it is not used"}},
+    {"extension for shading only",
+     [](GltfBuilder& b) { b.root["extensionsRequired"] = b.root["extensionsUsed"] = {"KHR_materials_clearcoat"}; },
+     {"extension 'KHR_materials_clearcoat' is not supported and left out"}},
+    {"light emits less than nothing",
+     [](GltfBuilder& b) {
+       b.add("materials", {{"emissiveFactor", {1, -1, 1}}});
+     },
+     {"material 0: emits less than nothing; nothing is taken"}},
+    {"texture of another format",
+     [](GltfBuilder& b) {
+       add_texture(b, {{"uri", "data:image/webp;base64,UklGRgAAAABXRUJQ"}});
+     },
+     {"image 0: is neither PNG nor JPEG (but WebP); the texture is left out"}},
+    {"missing texture",
+     [](GltfBuilder& b) {
+       add_texture(b, {{"uri", "nothere.png"}});
+     },
+     {"image 0: external file 'nothere.png' cannot be opened", "; the texture is left out"}},
+    {"texture -1",
+     [](GltfBuilder& b) {
+       b.primitive()["material"] = b.add("materials", {{"emissiveTexture", {{"index", -1}}}, {"occlusionTexture", 7}});
+     },
+     {"material 0 emissive emissiveTexture: 'index' must be an index, is -1; the texture is left out"}},
+    {"third texture coordinates",
+     [](GltfBuilder& b) {
+       add_texture(b, {{"uri", "x"}});
+       b.root["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"] = 2;
+     },
+     {"material 0 'wood' base colour: texture coordinates 2 are not supported (0 and 1 are); the texture is left out"}},
+    {"normal map",
+     [](GltfBuilder& b) {
+       for (int i = 0; i < 3; ++i) b.add("materials", {{"normalTexture", {{"index", 0}}}});
+     },
+     {"normal textures are not supported and left out (material 0 and 2 more)"}},
+    {"instances without attributes",
+     [](GltfBuilder& b) { b.root["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"] = json::object(); },
+     {"node 0 EXT_mesh_gpu_instancing: has no attributes; the mesh is shown once"}},
+    {"skin that does not exist",
+     [](GltfBuilder& b) { b.root["nodes"][0]["skin"] = 3; },
+     {"node 0: there is no skin 3; the mesh stays as it is stored"}},
+    {"skin without joints",
+     [](GltfBuilder& b) {
+       b.root["nodes"][0]["skin"] = b.add("skins", {{"joints", json::array()}});
+     },
+     {"skin 0: has no joints; the mesh stays as it is stored"}},
+    {"morph target without data",
+     [](GltfBuilder& b) {
+       b.primitive()["targets"] = {{{"POSITION", 99}}};
+       b.root["meshes"][0]["weights"] = {1};
+     },
+     {"mesh 0 primitive 0 target 0: there is no accessor 99; the mesh stays as it is stored"}},
 };
 
 TEST(GltfHostile, EachFaultHasItsMessage) {
@@ -518,6 +661,47 @@ TEST(GltfHostile, EachFaultHasItsMessage) {
   }
 }
 
+TEST(GltfHostile, WhatIsNotUsedIsNoted) {
+  for (const Case& c : kNoted) {
+    SCOPED_TRACE(c.name);
+    GltfBuilder b = GltfBuilder::triangle();
+    c.spoil(b);
+    std::vector<std::string> notes;
+    try {
+      const Scene scene = load_gltf_memory(b.gltf(), {.scene = {}, .posed = true}, &notes);
+      EXPECT_EQ(flatten(scene).vertices.size(), 1u);
+    } catch (const Error& e) {
+      ADD_FAILURE() << "refused: " << e.what();
+      continue;
+    }
+    bool found = false;
+    for (const std::string& note : notes) {
+      bool all = true;
+      for (const std::string& part : c.expected) all = all && note.find(part) != std::string::npos;
+      found = found || all;
+      EXPECT_EQ(note.find('\n'), std::string::npos) << note;
+    }
+    EXPECT_TRUE(found) << "no note with '" << c.expected[0] << "' among " << notes.size() << ": "
+                       << (notes.empty() ? "" : notes[0]);
+    EXPECT_LE(notes.size(), 2u);
+  }
+}
+
+TEST(GltfHostile, ExtrasCostNothingHoweverDeep) {
+  const GltfBuilder b = GltfBuilder::triangle();
+  for (const std::size_t depth : {70u, 200000u}) {
+    GltfBuilder c = b;
+    c.root["nodes"][0]["extras"] = "here";
+    const Bytes bytes = c.gltf();
+    std::string json_text(bytes.begin(), bytes.end());
+    json_text.replace(json_text.find("\"here\""), 6,
+                      std::string(depth, '[') + "{\"extras\":1}" + std::string(depth, ']'));
+    std::vector<std::string> notes;
+    EXPECT_EQ(load_gltf_memory(Bytes(json_text.begin(), json_text.end()), {}, &notes).meshes.size(), 1u);
+    EXPECT_TRUE(notes.empty());
+  }
+}
+
 TEST(GltfHostile, BrokenContainers) {
   const GltfBuilder b = GltfBuilder::triangle();
   const auto text = [](const char* s) { return Bytes(s, s + std::strlen(s)); };
@@ -526,15 +710,12 @@ TEST(GltfHostile, BrokenContainers) {
   expect_message(message_of(text("null")), {"the JSON is not an object"});
   expect_message(message_of(text("[1, 2]")), {"the JSON is not an object"});
   expect_message(message_of(text("{\"asset\": {\"version\": \"2.0\"}, \"x\": 1e999}")), {"is not valid JSON", "1e999"});
-  expect_message(message_of(text("{\"asset\": \"\xff\xfe\"}")), {"is not valid JSON"});
+  expect_message(message_of(text("{\"asset\": \"\xff\xfe\"}")), {"'asset' must be an object"});  // read as Latin-1
   expect_message(message_of(text("glTF")), {"GLB header is cut off"});
   const Bytes whole = b.glb();
   Bytes bytes = whole;
   bytes[4] = 3;
   expect_message(message_of(bytes), {"GLB version 3"});
-  bytes = whole;
-  bytes[10] = 1;
-  expect_message(message_of(bytes), {"GLB says it has"});
   bytes = whole;
   bytes[15] = 0xff;
   expect_message(message_of(bytes), {"GLB chunk 0: is cut off"});
@@ -547,7 +728,7 @@ TEST(GltfHostile, BrokenContainers) {
   expect_message(message_of(GltfBuilder::glb(root.dump(), {})),
                  {"buffer 0: has no URI, and the file has no binary chunk"});
   // Every shorter file is an error, too.
-  for (std::size_t n = 0; n < whole.size(); ++n) {
+  for (std::size_t n = 0; n < whole.size() - 2; ++n) {  // the last two bytes are padding
     Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(n));
     ASSERT_NE(message_of(cut), "") << n;
     if (n >= 12) {
@@ -555,6 +736,54 @@ TEST(GltfHostile, BrokenContainers) {
       ASSERT_NE(message_of(cut), "") << n;
     }
   }
+}
+
+TEST(GltfHostile, ContainersThatCountWrong) {
+  const GltfBuilder b = GltfBuilder::triangle();
+  const auto notes_of = [](const Bytes& bytes) {
+    std::vector<std::string> notes;
+    try {
+      EXPECT_EQ(flatten(load_gltf_memory(bytes, {}, &notes)).vertices.size(), 1u);
+    } catch (const Error& e) {
+      ADD_FAILURE() << e.what();
+    }
+    EXPECT_EQ(notes.size(), 1u);
+    return notes.empty() ? std::string() : notes[0];
+  };
+  const Bytes whole = b.glb();
+  for (const int change : {-4, 4, 1000}) {
+    Bytes bytes = whole;
+    const std::size_t says = whole.size() + static_cast<std::size_t>(change);
+    bytes[8] = static_cast<std::uint8_t>(says), bytes[9] = static_cast<std::uint8_t>(says >> 8);
+    EXPECT_NE(notes_of(bytes).find("GLB says it has " + std::to_string(says) + " bytes, the file has "),
+              std::string::npos);
+  }
+  for (std::size_t stray = 1; stray < 8; ++stray) {
+    Bytes bytes = whole;
+    bytes.resize(bytes.size() + stray, 7);
+    const std::size_t says = bytes.size();
+    bytes[8] = static_cast<std::uint8_t>(says), bytes[9] = static_cast<std::uint8_t>(says >> 8);
+    EXPECT_NE(notes_of(bytes).find("GLB: " + std::to_string(stray) + " bytes at the end belong to no chunk"),
+              std::string::npos);
+  }
+  Bytes unpadded = whole;  // the chunk counts the padding, the file has none
+  unpadded.resize(unpadded.size() - 2);
+  const std::size_t says = unpadded.size();
+  unpadded[8] = static_cast<std::uint8_t>(says), unpadded[9] = static_cast<std::uint8_t>(says >> 8);
+  EXPECT_NE(notes_of(unpadded).find("GLB chunk 1: says it has 44 bytes, there are 42"), std::string::npos);
+  // JSON padded with zeros; names in Latin-1.
+  GltfBuilder named = b;
+  named.root["nodes"][0]["name"] = "Gr?n";
+  Bytes bytes = named.glb();
+  bytes[std::find(bytes.begin(), bytes.end(), '?') - bytes.begin()] = 0xfc;
+  std::vector<std::string> notes;
+  EXPECT_EQ(load_gltf_memory(bytes, {}, &notes).nodes[0].name, "Gr\xc3\xbcn");
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_NE(notes[0].find("the JSON is not UTF-8; it is read as Latin-1"), std::string::npos);
+  const Bytes text = b.gltf();
+  Bytes zeros = text;
+  zeros.resize(zeros.size() + 3, 0);
+  EXPECT_EQ(load_gltf_memory(zeros).meshes.size(), 1u);
 }
 
 TEST(GltfHostile, FilesOutsideTheFolderAreNotOpened) {
@@ -565,24 +794,32 @@ TEST(GltfHostile, FilesOutsideTheFolderAreNotOpened) {
     std::ofstream(path, std::ios::binary)
         .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   };
-  std::filesystem::create_directory(folder / "scene");
-  write(folder / "secret.bin", b.buffer);
-  ASSERT_EQ(::mkfifo((folder / "scene" / "pipe").c_str(), 0600), 0);
+  const std::filesystem::path home = folder / "a" / "b" / "scene";
+  std::filesystem::create_directories(home / "in");
+  for (const auto& path : {folder / "secret.bin", folder / "a" / "far.bin", folder / "a" / "b" / "up.bin",
+                           home / "in" / "s.bin", home / "a%41.bin"})
+    write(path, b.buffer);
+  ASSERT_EQ(::mkfifo((home / "pipe").c_str(), 0600), 0);
   const auto message = [&](const std::string& uri) -> std::string {
     GltfBuilder c = b;
     c.root["buffers"] = nlohmann::json::array({{{"byteLength", c.buffer.size()}, {"uri", uri}}});
-    write(folder / "scene" / "a.gltf", c.gltf());
+    write(home / "a.gltf", c.gltf());
     try {
-      load_gltf(folder / "scene" / "a.gltf");
+      load_gltf(home / "a.gltf");
     } catch (const Error& e) {
       return e.what();
     }
     return "";
   };
-  for (const std::string& uri :
-       {std::string("../secret.bin"), std::string("%2e%2e/secret.bin"), std::string("x/../../secret.bin"),
-        (folder / "secret.bin").string(), std::string("..")})
-    expect_message(message(uri), {"a.gltf", "buffer 0", "lies outside the folder of the glTF file"});
+  for (const char* uri : {"../up.bin", "%2e%2e/up.bin", "x/../../up.bin", "..%2Fup.bin", "../../far.bin",
+                          "../scene/in/s.bin", "in\\s.bin", "in/%73.bin", "a%41.bin", "a%2541.bin", "..\\up.bin"})
+    EXPECT_EQ(message(uri), "") << uri;
+  for (const char* uri :
+       {"../../../secret.bin", "%2e%2e/..%2f../secret.bin", "in/../../../../secret.bin", "..\\..\\..\\secret.bin"})
+    expect_message(message(uri), {"a.gltf", "buffer 0", "lies more than 2 folders above that of the glTF file"});
+  expect_message(message((folder / "secret.bin").string()), {"a.gltf", "buffer 0", "absolute paths are not opened"});
+  expect_message(message("%2Fetc/passwd"), {"absolute paths are not opened"});
+  expect_message(message(".."), {"not a regular file"});
   expect_message(message("http://localhost/x.bin"), {"only files and data URIs are supported"});
   expect_message(message(""), {"is not a file name"});
   expect_message(message("a%00b"), {"is not a file name"});
@@ -591,7 +828,7 @@ TEST(GltfHostile, FilesOutsideTheFolderAreNotOpened) {
   expect_message(message("pipe"),
                  {"file 'pipe' cannot be opened: not a regular file"});  // and does not wait for a writer
   try {
-    load_gltf(folder / "scene");
+    load_gltf(home);
     ADD_FAILURE();
   } catch (const Error& e) {
     expect_message(e.what(), {"scene: cannot be opened: not a regular file"});

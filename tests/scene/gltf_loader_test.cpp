@@ -10,6 +10,7 @@
 #include <fstream>
 
 #include "gltf_builder.hpp"
+#include "golden/scene/base64.hpp"
 #include "golden/scene/geometry.hpp"
 
 namespace retrace {
@@ -464,6 +465,187 @@ TEST(GltfLoader, PunctualLights) {
   EXPECT_EQ(scene.lights[2].outer_cone, 0.5f);
   EXPECT_EQ(scene.nodes[1].light, 2u);
   EXPECT_EQ(scene.nodes[0].light, kNone);
+}
+
+TEST(GltfLoader, AccessorsWithoutDataAreZeros) {
+  GltfBuilder b = GltfBuilder::triangle();
+  b.primitive()["attributes"]["TEXCOORD_0"] = b.accessor(-1, GltfBuilder::kFloat, 3, "VEC2");
+  b.primitive()["attributes"]["COLOR_0"] = b.accessor(-1, GltfBuilder::kUnsignedByte, 3, "VEC4");
+  const int zeros = b.accessor(-1, GltfBuilder::kUnsignedShort, 3, "SCALAR");
+  b.root_node({{"mesh", b.mesh({{"POSITION", b.accessor(-1, GltfBuilder::kFloat, 4, "VEC3")}}, zeros)}});
+  const Scene scene = load(b);
+  const Primitive& p = scene.meshes.at(0).primitives.at(0);
+  EXPECT_EQ(p.texcoords[0], std::vector<glm::vec2>(3, glm::vec2(0)));
+  EXPECT_EQ(p.colors, std::vector<glm::vec4>(3, glm::vec4(0)));
+  const Primitive& q = scene.meshes.at(1).primitives.at(0);
+  EXPECT_EQ(q.positions, std::vector<glm::vec3>(4, glm::vec3(0)));
+  EXPECT_EQ(q.triangles, std::vector<glm::uvec3>(1, glm::uvec3(0)));
+}
+
+TEST(GltfLoader, DataUris) {
+  const GltfBuilder b = GltfBuilder::triangle();
+  const auto positions = [&](const std::string& uri) {
+    GltfBuilder c = b;
+    c.root["buffers"] = {{{"byteLength", c.buffer.size()}, {"uri", uri}}};
+    return load(c).meshes.at(0).primitives.at(0).positions;
+  };
+  const std::string text = base64(b.buffer);
+  std::string escaped, wrapped, raw;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    char code[4];
+    std::snprintf(code, sizeof code, "%%%02X", static_cast<unsigned>(text[i]));
+    escaped += i % 3 == 0 ? std::string(code) : std::string(1, text[i]);
+    wrapped += std::string(1, text[i]) + (i % 10 == 9 ? "\r\n" : "");
+  }
+  for (const std::uint8_t byte : b.buffer) {
+    char code[4];
+    std::snprintf(code, sizeof code, "%%%02x", byte);
+    raw += code;
+  }
+  const auto expected = positions("data:application/octet-stream;base64," + text);
+  EXPECT_EQ(positions("data:;base64," + escaped), expected);
+  EXPECT_EQ(positions("DATA:a/b;charset=x;BASE64," + wrapped), expected);
+  EXPECT_EQ(positions("data:application/octet-stream," + raw), expected);
+}
+
+TEST(Base64, ThereAndBack) {
+  Bytes bytes;
+  for (int i = 0; i < 300; ++i) {
+    const std::string text = encode_base64(bytes);
+    EXPECT_EQ(text.size(), (bytes.size() + 2) / 3 * 4);
+    EXPECT_EQ(decode_base64(text), bytes);
+    EXPECT_EQ(decode_base64(text.substr(0, text.find('='))), bytes);
+    bytes.push_back(static_cast<std::uint8_t>(i * 37));
+  }
+  for (const char* bad : {"A", "AAAAA", "AA=A", "AA!A", "AA-_"}) EXPECT_THROW(decode_base64(bad), Error) << bad;
+}
+
+TEST(GltfLoader, MaterialsOfExtensionsAndTheirTextures) {
+  const std::string uri = "data:image/png;base64," + base64(encode<std::uint8_t>("png", 1, 1, 3, {10, 128, 64}));
+  GltfBuilder b = with_image({{"uri", uri}});
+  json& m = b.root["materials"][0];
+  m["extensions"]["KHR_materials_unlit"] = json::object();
+  json& pbr = m["pbrMetallicRoughness"];
+  pbr["metallicRoughnessTexture"] = {{"index", 0}, {"texCoord", 1}};
+  pbr["baseColorTexture"]["extensions"]["KHR_texture_transform"] = {
+      {"offset", {0.5, 0.25}}, {"rotation", 1.5707963267948966}, {"scale", {2, 3}}, {"texCoord", 1}};
+  b.root["extensionsRequired"] = {"KHR_materials_unlit", "KHR_texture_transform"};
+  const Scene scene = load(b);
+  const Material& material = scene.materials.at(0);
+  EXPECT_TRUE(material.unlit);
+  EXPECT_EQ(material.surface_texcoord, 1);
+  ASSERT_LT(material.surface_texture, scene.textures.size());
+  // Factors are stored as they are, colours are sRGB.
+  EXPECT_NEAR(scene.textures[material.surface_texture].texels[0].g, 128 / 255.0, 1e-6);
+  EXPECT_NEAR(scene.textures[material.base_texture].texels[0].g, linear(128 / 255.0), 1e-6);
+  EXPECT_EQ(material.base_texcoord, 1);
+  // KHR_texture_transform: translation * rotation * scale, with the matrices of its text.
+  const glm::vec2 uv = material.base_transform.apply({0.1f, 0.2f});
+  EXPECT_NEAR(uv.x, 0.5 + 3 * 0.2, 1e-6);
+  EXPECT_NEAR(uv.y, 0.25 - 2 * 0.1, 1e-6);
+  EXPECT_EQ(material.surface_transform.apply({0.1f, 0.2f}), glm::vec2(0.1f, 0.2f));
+}
+
+TEST(GltfLoader, LargeImagesAreHeldAtHalfTheirSize) {
+  const std::string uri = "data:image/png;base64," + base64(encode("png", 4, 2, 1, std::vector<std::uint8_t>(8, 255)));
+  GltfBuilder b = with_image({{"uri", uri}});
+  b.add("images", {{"uri", uri}, {"name", "second"}});
+  b.add("textures", {{"source", 1}});
+  b.root["materials"][0]["emissiveTexture"] = {{"index", 1}};
+  GltfOptions options;
+  std::vector<std::string> notes;
+  options.max_texels = 12;
+  const Scene scene = load_gltf_memory(b.gltf(), options, &notes);
+  ASSERT_EQ(scene.textures.size(), 2u);
+  EXPECT_EQ(scene.textures[0].width, 2);
+  EXPECT_EQ(scene.textures[0].height, 1);
+  EXPECT_EQ(scene.textures[0].texels, std::vector<glm::vec4>(2, glm::vec4(1)));
+  EXPECT_EQ(scene.textures[1].width, 4);
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_NE(notes[0].find("image 0: is held at 2 x 1 pixels; the images of the file have more than 12 in total"),
+            std::string::npos)
+      << notes[0];
+}
+
+TEST(GltfLoader, InstancesAreFlattened) {
+  GltfBuilder b = GltfBuilder::triangle();
+  const int move = b.floats({0, 0, 0, 5, 0, 0, 0, 0, 7}, "VEC3");
+  // Quarter turns about z, as normalised bytes of no particular length.
+  const int turn =
+      b.values(std::vector<std::int8_t>{0, 0, 0, 127, 0, 0, 90, 90, 0, 0, 0, 127}, GltfBuilder::kByte, "VEC4");
+  b.root["accessors"][turn]["normalized"] = true;
+  const int size = b.floats({1, 1, 1, 2, 2, 2, 1, 1, 1}, "VEC3");
+  b.root["nodes"][0]["translation"] = {0, 10, 0};
+  b.root["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
+      {"TRANSLATION", move}, {"ROTATION", turn}, {"SCALE", size}, {"_ID", 99}};
+  b.root["extensionsRequired"] = {"EXT_mesh_gpu_instancing"};
+  const Scene scene = load(b);
+  const WorldTriangles world = flatten(scene);
+  ASSERT_EQ(world.vertices.size(), 3u);
+  EXPECT_EQ(world.vertices[0][1], glm::dvec3(1, 10, 0));
+  EXPECT_LT(glm::length(world.vertices[1][1] - glm::dvec3(5, 12, 0)), 1e-12);
+  EXPECT_EQ(world.vertices[2][1], glm::dvec3(1, 10, 7));
+  EXPECT_EQ(scene.nodes.size(), 4u);
+  EXPECT_EQ(scene.nodes[world.sources[2].node].source, 0u);
+}
+
+/// A triangle that follows two joints: vertices 0 and 1 the first, vertex 2 the second.
+GltfBuilder skinned() {
+  GltfBuilder b = GltfBuilder::triangle();
+  b.primitive()["attributes"]["JOINTS_0"] =
+      b.values(std::vector<std::uint8_t>{0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0}, GltfBuilder::kUnsignedByte, "VEC4");
+  b.primitive()["attributes"]["WEIGHTS_0"] = b.floats({1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, "VEC4");
+  b.root["nodes"][0]["skin"] = b.add("skins", {{"joints", {1, 2}}});
+  b.root_node({{"translation", {0, 0, 5}}});
+  b.root_node({{"translation", {0, 1, 6}}});
+  return b;
+}
+
+TEST(GltfLoader, StillsShowSkinsAsTheyRest) {
+  for (const json& scale : {json{1, 1, 1}, json{0, 0, 0}, json{-3, 2, 1}}) {
+    GltfBuilder b = skinned();
+    b.root["nodes"][0]["translation"] = {100, 0, 0};  // of a skinned mesh: does not count
+    b.root["nodes"][0]["scale"] = scale;
+    std::vector<std::string> notes;
+    const Scene scene = load_gltf_memory(b.gltf(), {.scene = {}, .posed = true}, &notes);
+    EXPECT_TRUE(notes.empty());
+    const WorldTriangles world = flatten(scene);
+    EXPECT_EQ(world.vertices.at(0),
+              (std::array<glm::dvec3, 3>{glm::dvec3(0, 0, 5), glm::dvec3(1, 0, 5), glm::dvec3(0, 2, 6)}));
+    EXPECT_EQ(scene.meshes[world.sources[0].mesh].source, 0u);
+  }
+  // Far away the pose is as fine as anywhere.
+  GltfBuilder far = skinned();
+  far.root["nodes"][1]["translation"] = {5e10, 0, 0};
+  far.root["nodes"][2]["translation"] = {5e10, 0, 0};
+  const auto t = flatten(load_gltf_memory(far.gltf(), {.scene = {}, .posed = true})).vertices.at(0);
+  EXPECT_EQ(t[1] - t[0], glm::dvec3(1, 0, 0));
+  // More joints than are followed: the first eight.
+  GltfBuilder many = skinned();
+  for (const char* name : {"JOINTS_", "WEIGHTS_"})
+    for (const char* set : {"1", "2"})
+      many.primitive()["attributes"][std::string(name) + set] = many.primitive()["attributes"][std::string(name) + "0"];
+  std::vector<std::string> notes;
+  load_gltf_memory(many.gltf(), {.scene = {}, .posed = true}, &notes);
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_NE(notes[0].find("more than two sets of joints"), std::string::npos);
+}
+
+TEST(GltfLoader, StillsShowMorphWeightsAsTheyRest) {
+  for (const bool of_node : {false, true}) {
+    GltfBuilder b = GltfBuilder::triangle();
+    // As gltfpack writes them: short integers, not normalised.
+    const int target = b.accessor(b.view(std::vector<std::int16_t>{0, 0, 2, 0, 0, 0, 2, 0, 4, -8, 2, 0}, 8),
+                                  GltfBuilder::kShort, 3, "VEC3");
+    b.primitive()["targets"] = {{{"POSITION", target}}, {{"POSITION", 99}}};
+    b.primitive()["targets"].erase(1);
+    if (of_node) b.root["meshes"][0]["weights"] = {7};
+    (of_node ? b.root["nodes"][0] : b.root["meshes"][0])["weights"] = {0.5};
+    const Scene scene = load_gltf_memory(b.gltf(), {.scene = {}, .posed = true});
+    EXPECT_EQ(flatten(scene).vertices.at(0),
+              (std::array<glm::dvec3, 3>{glm::dvec3(0, 0, 1), glm::dvec3(1, 0, 1), glm::dvec3(2, -3, 1)}));
+    EXPECT_EQ(flatten(load(b)).vertices.at(0)[0], glm::dvec3(0));  // as stored
+  }
 }
 
 TEST(GltfLoader, WhatOthersWriteAndNobodyNeedsIsIgnored) {

@@ -520,8 +520,8 @@ TEST_F(MemoryImageFile, WholeOrNothing) {
   EXPECT_IN("cannot write", save_error(image, folder_ / "no such folder" / "x.rtkd"));
   write(folder_ / "file", "kept");
   EXPECT_IN("cannot write", save_error(image, folder_ / "file" / "x.rtkd"));
-  EXPECT_IN("not a regular file", save_error(image, folder_));
-  EXPECT_IN("not a regular file", save_error(image, "/dev/null"));
+  EXPECT_IN("it is a folder", save_error(image, folder_));
+  EXPECT_IN("/dev/full: No space left", save_error(image, "/dev/full"));
   EXPECT_IN("cannot write", save_error(image, "/proc/x.rtkd"));
 
   // A limit on the size of files stops the writing half way, for root too.
@@ -533,7 +533,7 @@ TEST_F(MemoryImageFile, WholeOrNothing) {
   const std::string why = save_error(image, folder_ / "file");
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &old), 0);
   std::signal(SIGXFSZ, handler);
-  EXPECT_IN("cannot write: ", why);
+  EXPECT_IN("cannot write " + (folder_ / "file").string() + ": File too large", why);
   EXPECT_EQ(read(folder_ / "file"), "kept");
   EXPECT_EQ(files(), 1u) << "no temporary file is left";
 }

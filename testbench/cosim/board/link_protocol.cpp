@@ -83,6 +83,7 @@ void Request::mem_write(std::uint64_t address, std::span<const std::uint64_t> wo
 void Request::mem_fill(std::uint64_t address, std::uint16_t words, std::uint64_t pattern) {
   memory(Op::kMemFill, address, words);
   put(pattern, 8);
+  walked_ += words;
 }
 
 }  // namespace retrace::cosim::link

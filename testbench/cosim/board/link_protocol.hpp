@@ -70,7 +70,12 @@ class Request {
   void mem_write(std::uint64_t address, std::span<const std::uint64_t> words);
   void mem_read(std::uint64_t address, std::uint16_t words) { memory(Op::kMemRead, address, words); }
   void mem_fill(std::uint64_t address, std::uint16_t words, std::uint64_t pattern);
-  void mem_crc(std::uint64_t address, std::uint16_t words) { memory(Op::kMemCrc, address, words); }
+  void mem_crc(std::uint64_t address, std::uint16_t words) {
+    memory(Op::kMemCrc, address, words);
+    walked_ += words;
+  }
+  /// Words of memory that the board walks without carrying them over the line: fills and sums.
+  std::size_t walked() const { return walked_; }
   const std::vector<std::uint8_t>& bytes() const { return bytes_; }
   static constexpr std::size_t kMemoryHeader = 8, kRegWriteBytes = 7;
 
@@ -79,6 +84,7 @@ class Request {
   void put(std::uint64_t value, int bytes);
   void memory(Op code, std::uint64_t address, std::uint16_t words);
   std::vector<std::uint8_t> bytes_;
+  std::size_t walked_ = 0;
 };
 
 inline std::uint64_t get(std::span<const std::uint8_t> bytes, std::size_t at, int count) {

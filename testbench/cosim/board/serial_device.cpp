@@ -18,7 +18,9 @@ constexpr std::size_t kFirstBudget = 256;  // before the line is known
 constexpr std::size_t kOverhead = 24;      // flags, header, check sequence, some escapes; both ways
 constexpr int kTriesOfDivisible = 2;
 constexpr double kLeastTimeout = 0.05;     // seconds; USB and scheduling
-constexpr double kMargin = 4;              // times what the line took for a byte so far
+constexpr double kMargin = 4;              // times what the line took for a byte, and memory for a word, so far
+constexpr double kClocksPerWord = 20;      // of a fill or a sum, before one has been timed
+constexpr double kLeastClockHz = 1e6;      // whatever the board says of itself
 constexpr std::uint32_t kBlock = 128;      // bytes of registers read at once
 constexpr std::size_t kMostWords = 65535;  // of an operation's count
 constexpr std::uint32_t kControl = offsetof(rt_regs_t, control);
@@ -68,6 +70,7 @@ SerialDevice::SerialDevice(std::unique_ptr<SerialLine> line, const LinkOptions& 
   identity_.memory_base = word(link::kBoardMemoryLow) | word(link::kBoardMemoryHigh) << 32;
   identity_.memory_bytes = word(link::kBoardMemoryBytes);
   identity_.clock_hz = static_cast<std::uint32_t>(word(link::kBoardClockHz));
+  word_seconds_ = kClocksPerWord / std::max<double>(identity_.clock_hz, kLeastClockHz);
   clocks_low_ = static_cast<std::uint32_t>(word(link::kBoardClocks));
   runs_ = static_cast<std::uint32_t>(word(link::kBoardRuns));
   if (identity_.most_frame < kLeastBudget + kOverhead || identity_.memory_base % kAlignment != 0)
@@ -78,8 +81,9 @@ SerialDevice::SerialDevice(std::unique_ptr<SerialLine> line, const LinkOptions& 
 
 void SerialDevice::fail(const std::string& what) const { throw Error("serial link: " + line_->name() + ": " + what); }
 
-double SerialDevice::timeout(std::size_t bytes) const {
-  return slack_ * (kLeastTimeout + kMargin * byte_seconds_ * static_cast<double>(bytes));
+double SerialDevice::timeout(std::size_t bytes, std::size_t words) const {
+  return slack_ * (kLeastTimeout +
+                   kMargin * (byte_seconds_ * static_cast<double>(bytes) + word_seconds_ * static_cast<double>(words)));
 }
 
 void SerialDevice::failed(std::size_t bytes) { budget_ = std::max(kLeastBudget, std::min(budget_, bytes) * 2 / 3); }
@@ -96,14 +100,14 @@ bool SerialDevice::exchange(const link::Request& request, std::size_t answer_byt
   body.insert(body.end(), request.bytes().begin(), request.bytes().end());
   const std::vector<std::uint8_t> line = link::frame(body);
   const std::size_t load = std::max(request.bytes().size(), answer_bytes);
-  const std::size_t expected = line.size() + answer_bytes + kOverhead;
+  const std::size_t expected = line.size() + answer_bytes + kOverhead, walked = request.walked();
   ++statistics_.frames;
   double heard = line_->now();
   bool ever = false;
   for (int tries = 1;; ++tries) {
     line_->write(line);
     statistics_.bytes_out += line.size();
-    const double sent = line_->now(), until = sent + timeout(expected);
+    const double sent = line_->now(), until = sent + timeout(expected, walked);
     bool again = false;
     while (!again) {
       const double left = until - line_->now();
@@ -135,8 +139,15 @@ bool SerialDevice::exchange(const link::Request& request, std::size_t answer_byt
         answer.position = static_cast<std::uint16_t>(link::get(b, 6, 2));
         answer.data.assign(b.begin() + link::kResponseHeader, b.end());
         if (tries == 1) {
-          const double sample = (line_->now() - sent) / static_cast<double>(expected);
-          byte_seconds_ = std::max(sample, 0.9 * byte_seconds_ + 0.1 * sample);
+          // The board's own work says nothing about the line, so it is booked apart.
+          const double elapsed = line_->now() - sent;
+          const auto learn = [](double& known, double sample) { known = std::max(sample, 0.9 * known + 0.1 * sample); };
+          if (walked == 0) {
+            learn(byte_seconds_, elapsed / static_cast<double>(expected));
+          } else {
+            learn(word_seconds_,
+                  std::max(0.0, elapsed - byte_seconds_ * static_cast<double>(expected)) / static_cast<double>(walked));
+          }
           succeeded(load);
         }
         slack_ = std::max(1.0, slack_ / 2);
@@ -149,7 +160,7 @@ bool SerialDevice::exchange(const link::Request& request, std::size_t answer_byt
       ++statistics_.timeouts;
       slack_ = std::min(16.0, 2 * slack_);
     }
-    if (line_->now() - heard > std::max(options_.patience, 2 * timeout(expected)))
+    if (line_->now() - heard > std::max(options_.patience, 2 * timeout(expected, walked)))
       fail(ever || clocks_low_ != 0 || identity_.memory_bytes != 0 ? "the board does not answer any more"
                                                                    : "nothing answers");
     if (tries >= options_.most_tries)

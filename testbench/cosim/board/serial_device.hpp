@@ -84,7 +84,8 @@ class SerialDevice final : public Device {
   std::size_t budget() const { return budget_; }
   void failed(std::size_t bytes);
   void succeeded(std::size_t bytes);
-  double timeout(std::size_t bytes) const;
+  /// For an answer to a frame of so many bytes both ways, for which the board walks so many words.
+  double timeout(std::size_t bytes, std::size_t words) const;
 
   std::unique_ptr<SerialLine> line_;
   LinkOptions options_;
@@ -93,7 +94,7 @@ class SerialDevice final : public Device {
   link::FrameReader reader_;
   std::uint16_t session_ = 0, sequence_ = 0;
   std::size_t budget_, most_budget_;
-  double byte_seconds_, slack_ = 1;
+  double byte_seconds_, word_seconds_ = 0, slack_ = 1;  ///< what the line and the board's memory have needed so far
   std::uint64_t used_ = 0, clocks_ = 0;
   std::uint32_t clocks_low_ = 0, runs_ = 0;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> writes_;  ///< registers, not yet sent

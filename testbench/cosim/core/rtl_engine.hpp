@@ -8,7 +8,7 @@
 
 #include "golden/engine.hpp"
 #include "testbench/cosim/core/core_driver.hpp"
-#include "testbench/cosim/core/core_sources.hpp"
+#include "testbench/cosim/core/core_description.hpp"
 
 namespace retrace {
 

@@ -1,26 +1,27 @@
 // Reading (every property of animations, skins and targets is checked where it is used; the document and its accessors
 // were checked by gltf_document.cpp) and evaluation.
-#include "animation.hpp"
+#include "golden/scene/animation.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <glm/gtc/matrix_inverse.hpp>
+#include <glm/gtc/matrix_transform.hpp>
 #include <set>
 
+#include "golden/scene/gltf_accessor.hpp"
 #include "golden/scene/gltf_document.hpp"
 
 namespace retrace {
 namespace {
 
+using gltf::Accessor;
+using gltf::Accessors;
 using gltf::Document;
+using gltf::Numbers;
 using gltf::quote_name;
 using nlohmann::json;
 using Path = AnimationTrack::Path;
 using Interpolation = AnimationTrack::Interpolation;
 
-constexpr std::size_t kMaxElements = std::size_t{1} << 26;  // of one accessor
-constexpr std::size_t kMaxZeros = std::size_t{1} << 20;     // of one without a bufferView
 constexpr std::size_t kMaxTargets = 1024;
 
 std::string number(std::size_t n) { return std::to_string(n); }
@@ -54,21 +55,25 @@ std::string text(const json& o, const char* key, const std::string& fallback, co
   return *it;
 }
 
-/// Numbers of an accessor, as doubles; the document has checked the types of its properties.
-struct Numbers {
-  std::size_t count = 0, components = 0;
-  std::vector<double> values;
-};
-
 class Reader {
  public:
-  Reader(Document& document, const Scene& scene) : document_(document), scene_(scene) {}
+  Reader(Document& document, Accessors& accessors, const Scene& scene)
+      : document_(document), accessors_(accessors), scene_(scene) {
+    const bool same = size("meshes") == scene.meshes.size() && size("nodes") <= scene.nodes.size() &&
+                      std::all_of(scene.nodes.begin() + static_cast<std::ptrdiff_t>(size("nodes")), scene.nodes.end(),
+                                  [&](const Node& node) { return node.source < size("nodes"); });
+    if (!same) throw Error("the scene was not loaded from this file");
+  }
 
   Animation run(std::size_t chosen) {
-    Animation animation;
-    load_skins(animation);
-    load_deformations(animation);
-    load_nodes(animation);
+    document_.use_array("animations");
+    document_.use_array("skins");
+    Animation animation = still();
+    std::vector<bool> shown(scene_.nodes.size(), false);
+    for (const std::uint32_t node : scene_.reachable()) {
+      load_node(animation, node);
+      shown[node] = true;
+    }
     const std::size_t count = size("animations");
     if (count == 0 && chosen == 0) return animation;
     if (chosen >= count) throw Error("there is no animation " + number(chosen) + "; the file has " + number(count));
@@ -83,7 +88,8 @@ class Reader {
       const json& target = object(channels[c], "target", place);
       if (!target.contains("node")) continue;  // glTF: ignored
       AnimationTrack track;
-      track.node = static_cast<std::uint32_t>(index(target, "node", scene_.nodes.size(), "node", place));
+      track.node = static_cast<std::uint32_t>(index(target, "node", size("nodes"), "node", place));
+      if (!shown[track.node]) continue;
       const std::string path = text(target, "path", "", place);
       if (path == "translation") {
         track.path = Path::kTranslation;
@@ -101,15 +107,41 @@ class Reader {
       if (track.path != Path::kWeights && scene_.nodes[track.node].has_matrix)
         fail(place, "node " + number(track.node) + " has a matrix, which cannot be animated");
       track.components = track.path == Path::kRotation ? 4 : 3;
+      std::vector<std::uint32_t> driven{track.node};
       if (track.path == Path::kWeights) {
-        track.components = static_cast<std::uint32_t>(animation.node_weights[track.node].size());
+        for (std::uint32_t n = static_cast<std::uint32_t>(size("nodes")); n < scene_.nodes.size(); ++n)
+          if (scene_.nodes[n].source == track.node) driven.push_back(n);
+        track.components = static_cast<std::uint32_t>(animation.node_weights[driven.back()].size());
         if (track.components == 0) fail(place, "node " + number(track.node) + " has no morph targets");
+        std::erase_if(driven, [&](std::uint32_t n) { return animation.node_weights[n].empty(); });
       }
       const std::size_t s = index(channels[c], "sampler", samplers.size(), "sampler", place);
       if (!samplers[s].is_object()) fail(where + " sampler " + number(s), "must be an object");
       load_sampler(samplers[s], where + " sampler " + number(s), track);
       animation.duration = std::max(animation.duration, track.times.back());
-      animation.tracks.push_back(std::move(track));
+      for (const std::uint32_t node : driven) {
+        animation.tracks.push_back(track);
+        animation.tracks.back().node = node;
+      }
+    }
+    return animation;
+  }
+
+  /// Without tracks, and only what changes a mesh at rest.
+  Animation rest() {
+    Animation animation = still();
+    for (const std::uint32_t node : scene_.reachable()) {
+      if (scene_.nodes[node].mesh == kNone) continue;
+      try {
+        load_node(animation, node, true);
+        continue;
+      } catch (const Error& e) {
+        document_.note(std::string(e.what()) + "; the mesh stays as it is stored");
+      } catch (const json::exception& e) {
+        document_.note("node " + number(node) + ": malformed skin or morph targets; the mesh stays as it is stored");
+      }
+      animation.node_skin[node] = kNone;
+      animation.node_weights[node].clear();
     }
     return animation;
   }
@@ -122,102 +154,25 @@ class Reader {
     return o;
   }
 
-  // -------------------------------------------------------------------------------------------------------- accessors
-
-  static std::size_t bytes_of(int component) { return component <= 5121 ? 1 : component <= 5123 ? 2 : 4; }
-  static double value(const std::uint8_t* p, int component, bool normalized) {
-    const auto as = [&](auto x) {
-      std::memcpy(&x, p, sizeof x);
-      return static_cast<double>(x);
-    };
-    switch (component) {
-      case 5120:
-        return normalized ? std::max(as(std::int8_t{}) / 127.0, -1.0) : as(std::int8_t{});
-      case 5121:
-        return normalized ? as(std::uint8_t{}) / 255.0 : as(std::uint8_t{});
-      case 5122:
-        return normalized ? std::max(as(std::int16_t{}) / 32767.0, -1.0) : as(std::int16_t{});
-      case 5123:
-        return normalized ? as(std::uint16_t{}) / 65535.0 : as(std::uint16_t{});
-      case 5125:
-        return as(std::uint32_t{});
-      default:
-        return as(float{});
-    }
-  }
-  std::span<const std::uint8_t> bytes(const json& o, std::size_t count, std::size_t stride, std::size_t element,
-                                      const std::string& where) {
-    std::span<const std::uint8_t> all;
-    try {
-      all = document_.view(o.at("bufferView").get<std::size_t>());
-    } catch (const Error& e) {
-      fail(where, e.what());
-    }
-    const std::uint64_t offset = o.value("byteOffset", std::uint64_t{0});
-    if (count > 0 && (offset > all.size() || element > all.size() - offset ||
-                      (count - 1) > (all.size() - offset - element) / stride))
-      fail(where, number(count) + " elements from byte " + number(offset) + " reach outside the bufferView of " +
-                      number(all.size()) + " bytes");
-    return count > 0 ? all.subspan(offset) : std::span<const std::uint8_t>{};
+  Animation still() const {
+    Animation animation;
+    animation.skins.resize(size("skins"));
+    animation.deformations.resize(scene_.meshes.size());
+    animation.node_skin.assign(scene_.nodes.size(), kNone);
+    animation.node_weights.resize(scene_.nodes.size());
+    return animation;
   }
 
-  Numbers numbers(std::size_t accessor, const std::string& user, bool integers = false) {
-    const std::string where = user + " accessor " + number(accessor);
-    if (accessor >= size("accessors")) fail(where, "there is no such accessor");
-    const json& a = document_.at("accessors", accessor);
-    const std::string type = a.at("type");
-    const int component = a.at("componentType");
-    const bool normalized = a.value("normalized", false);
-    if (!integers && component != 5126 && !normalized) fail(where, "must hold floats or normalised integers");
-    if (integers && (normalized || (component != 5121 && component != 5123 && component != 5125)))
-      fail(where, "must hold unsigned integers");
-    Numbers out;
-    out.count = a.at("count").get<std::size_t>();
-    out.components = type == "SCALAR" ? 1
-                     : type == "VEC2" ? 2
-                     : type == "VEC3" ? 3
-                     : type == "VEC4" ? 4
-                     : type == "MAT4" ? 16
-                                      : 0;
-    if (out.components == 0) fail(where, "type " + type + " cannot stand here");
-    // What has no bytes in the file must not cost memory.
-    const std::size_t most = a.contains("bufferView") ? kMaxElements / out.components : kMaxZeros;
-    if (out.count > most) fail(where, "'count' is too large");
-    const std::size_t width = bytes_of(component), element = width * out.components;
-    const auto fill = [&](const std::uint8_t* p, std::size_t to) {
-      for (std::size_t k = 0; k < out.components; ++k)
-        out.values[to * out.components + k] = value(p + k * width, component, normalized);
-    };
-    if (a.contains("bufferView")) {
-      const json& view = document_.at("bufferViews", index(a, "bufferView", size("bufferViews"), "bufferView", where));
-      const std::size_t stride = view.value("byteStride", element);
-      if (stride < element) fail(where, "'byteStride' is less than an element");
-      const auto data = bytes(a, out.count, stride, element, where);
-      out.values.assign(out.count * out.components, 0.0);
-      for (std::size_t i = 0; i < out.count; ++i) fill(data.data() + i * stride, i);
-    } else if (!a.contains("sparse")) {
-      fail(where, "has neither a bufferView nor sparse values");
-    }
-    out.values.resize(out.count * out.components, 0.0);
-    if (a.contains("sparse")) {
-      const json &sparse = a["sparse"], &at = sparse.at("indices"), &values = sparse.at("values");
-      const auto count = sparse.at("count").get<std::size_t>();
-      const int index_component = at.at("componentType");
-      if (count > out.count) fail(where + " sparse", "more values than the accessor has elements");
-      if (index_component != 5121 && index_component != 5123 && index_component != 5125)
-        fail(where + " sparse", "indices must be unsigned integers");
-      const std::size_t index_width = bytes_of(index_component);
-      const auto indices = bytes(at, count, index_width, index_width, where + " sparse indices");
-      const auto data = bytes(values, count, element, element, where + " sparse values");
-      for (std::size_t i = 0; i < count; ++i) {
-        const auto to = static_cast<std::size_t>(value(indices.data() + i * index_width, index_component, false));
-        if (to >= out.count) fail(where + " sparse", "index " + number(i) + " is out of range");
-        fill(data.data() + i * element, to);
-      }
-    }
-    for (std::size_t i = 0; i < out.values.size(); ++i)
-      if (!std::isfinite(out.values[i])) fail(where, "element " + number(i / out.components) + " is not finite");
-    return out;
+  Accessor open(const json& o, const char* key, const std::string& where, const std::string& user,
+                bool bounded = false) {
+    return accessors_.open(index(o, key, size("accessors"), "accessor", where), user, bounded);
+  }
+  Numbers numbers(const json& o, const char* key, int components, const std::string& where) {
+    const Accessor accessor = open(o, key, where, where + " " + key);
+    if (components > 0) accessor.expect(components, components, gltf::kAnyShort);
+    if (!accessor.normalized && accessor.component == gltf::kUnsignedInt)
+      fail(accessor.where, "must hold floats or short integers");
+    return accessors_.numbers(accessor);
   }
 
   // --------------------------------------------------------------------------------------------------------- channels
@@ -233,8 +188,7 @@ class Reader {
     } else {
       fail(where, "'interpolation' must be STEP, LINEAR or CUBICSPLINE, is" + quote_name(name));
     }
-    const Numbers times = numbers(index(o, "input", size("accessors"), "accessor", where), where + " input");
-    if (times.components != 1) fail(where + " input", "must be scalars");
+    const Numbers times = numbers(o, "input", 1, where);
     if (times.count == 0) fail(where + " input", "has no keys");
     for (std::size_t i = 0; i < times.count; ++i) {
       if (times.values[i] < 0.0) fail(where + " input", "key " + number(i) + " lies before time 0");
@@ -242,7 +196,7 @@ class Reader {
         fail(where + " input", "keys are not in ascending order: key " + number(i) + " at " + shown(times.values[i]) +
                                    " s follows one at " + shown(times.values[i - 1]) + " s");
     }
-    Numbers values = numbers(index(o, "output", size("accessors"), "accessor", where), where + " output");
+    Numbers values = numbers(o, "output", 0, where);
     const std::size_t each = track.interpolation == Interpolation::kCubicSpline ? 3 : 1;
     const bool weights = track.path == Path::kWeights;
     if (values.components != (weights ? 1 : track.components))
@@ -273,33 +227,31 @@ class Reader {
 
   // -------------------------------------------------------------------------------------------- skins, morph targets
 
-  void load_skins(Animation& animation) {
-    for (std::size_t s = 0; s < size("skins"); ++s) {
-      const json& o = entry("skins", s);
-      Skin skin;
-      skin.name = text(o, "name", "", "skin " + number(s));
-      const std::string where = "skin " + number(s) + quote_name(skin.name);
-      const json& joints = array(o, "joints", where);
-      if (joints.empty()) fail(where, "has no joints");
-      if (joints.size() > 65535) fail(where, "has more than 65535 joints");
-      for (const json& joint : joints)
-        skin.joints.push_back(static_cast<std::uint32_t>(index(joint, scene_.nodes.size(), "node", where)));
-      skin.inverse_bind.assign(skin.joints.size(), glm::dmat4(1.0));
-      if (o.contains("inverseBindMatrices")) {
-        const Numbers m = numbers(index(o, "inverseBindMatrices", size("accessors"), "accessor", where),
-                                  where + " inverseBindMatrices");
-        if (m.components != 16) fail(where + " inverseBindMatrices", "must be matrices of 4 x 4");
-        if (m.count < skin.joints.size())
-          fail(where,
-               "has " + number(skin.joints.size()) + " joints, but only " + number(m.count) + " inverse bind matrices");
-        for (std::size_t j = 0; j < skin.joints.size(); ++j)
-          for (int c = 0; c < 4; ++c)
-            for (int r = 0; r < 4; ++r)
-              skin.inverse_bind[j][c][r] =
-                  r == 3 ? (c == 3 ? 1.0 : 0.0) : m.values[j * 16 + static_cast<std::size_t>(4 * c + r)];
-      }
-      animation.skins.push_back(std::move(skin));
+  void load_skin(Animation& animation, std::size_t s) {
+    Skin& skin = animation.skins[s];
+    if (!skin.joints.empty()) return;
+    const json& o = entry("skins", s);
+    Skin loaded;
+    loaded.name = text(o, "name", "", "skin " + number(s));
+    const std::string where = "skin " + number(s) + quote_name(loaded.name);
+    const json& joints = array(o, "joints", where);
+    if (joints.empty()) fail(where, "has no joints");
+    if (joints.size() > 65535) fail(where, "has more than 65535 joints");
+    for (const json& joint : joints)
+      loaded.joints.push_back(static_cast<std::uint32_t>(index(joint, size("nodes"), "node", where)));
+    loaded.inverse_bind.assign(loaded.joints.size(), glm::dmat4(1.0));
+    if (o.contains("inverseBindMatrices")) {
+      const Numbers m = numbers(o, "inverseBindMatrices", 16, where);
+      if (m.count < loaded.joints.size())
+        fail(where,
+             "has " + number(loaded.joints.size()) + " joints, but only " + number(m.count) + " inverse bind matrices");
+      for (std::size_t j = 0; j < loaded.joints.size(); ++j)
+        for (int c = 0; c < 4; ++c)
+          for (int r = 0; r < 4; ++r)
+            loaded.inverse_bind[j][c][r] =
+                r == 3 ? (c == 3 ? 1.0 : 0.0) : m.values[j * 16 + static_cast<std::size_t>(4 * c + r)];
     }
+    skin = std::move(loaded);
   }
 
   /// Numbers in the file of the vertices that the loader kept of a primitive; empty: all, in order.
@@ -308,10 +260,10 @@ class Reader {
     if (kept == count) return {};
     std::vector<std::uint32_t> used;
     if (p.contains("indices")) {
-      const Numbers indices =
-          numbers(index(p, "indices", size("accessors"), "accessor", where), where + " indices", true);
+      const Accessor indices = open(p, "indices", where, where + " indices");
+      indices.expect(1, 1, gltf::kIndices);
       const std::size_t n = p.value("mode", 4) == 4 ? indices.count / 3 * 3 : indices.count;
-      for (std::size_t i = 0; i < n; ++i) used.push_back(static_cast<std::uint32_t>(indices.values[i]));
+      for (std::size_t i = 0; i < n; ++i) used.push_back(indices.index(i));
       std::sort(used.begin(), used.end());
       used.erase(std::unique(used.begin(), used.end()), used.end());
     }
@@ -320,38 +272,35 @@ class Reader {
     return used;
   }
 
-  void load_deformations(Animation& animation) {
-    if (size("meshes") != scene_.meshes.size()) throw Error("the scene was not loaded from this file");
-    animation.deformations.resize(scene_.meshes.size());
-    for (std::size_t m = 0; m < scene_.meshes.size(); ++m) {
-      const json& mesh = entry("meshes", m);
-      const std::string name = "mesh " + number(m) + quote_name(scene_.meshes[m].name);
-      const json& primitives = array(mesh, "primitives", name);
-      if (primitives.size() != scene_.meshes[m].primitives.size())
-        throw Error("the scene was not loaded from this file");
-      std::size_t targets = 0;
-      for (std::size_t k = 0; k < primitives.size(); ++k) {
-        const json& p = primitives[k];
-        const std::string where = name + " primitive " + number(k);
-        Deformation d;
-        const std::size_t kept = scene_.meshes[m].primitives[k].positions.size();
-        const json& attributes = object(p, "attributes", where);
-        if (kept > 0 && attributes.contains("POSITION")) {
-          const std::size_t position = index(attributes, "POSITION", size("accessors"), "accessor", where);
-          const auto count = document_.at("accessors", position).at("count").get<std::size_t>();
-          if (p.contains("targets") || attributes.contains("JOINTS_0")) {
-            const std::vector<std::uint32_t> used = kept_vertices(p, count, kept, where);
-            load_targets(p, count, used, where, d);
-            load_influences(attributes, count, used, where, d);
-          }
+  void load_deformations(Animation& animation, std::uint32_t m) {
+    if (!animation.deformations[m].empty()) return;
+    const Mesh& loaded = scene_.meshes[m];
+    const std::string name = "mesh " + number(m) + quote_name(loaded.name);
+    const json& primitives = array(entry("meshes", m), "primitives", name);
+    if (primitives.size() != loaded.primitives.size()) throw Error("the scene was not loaded from this file");
+    std::vector<Deformation> out;
+    std::optional<std::size_t> targets;
+    for (std::size_t k = 0; k < primitives.size(); ++k) {
+      const json& p = primitives[k];
+      const std::string where = name + " primitive " + number(k);
+      Deformation d;
+      const std::size_t kept = loaded.primitives[k].positions.size();
+      const json& attributes = object(p, "attributes", where);
+      if (kept > 0 && attributes.contains("POSITION")) {
+        const std::size_t position = index(attributes, "POSITION", size("accessors"), "accessor", where);
+        const auto count = document_.use("accessors", position).at("count").get<std::size_t>();
+        if (p.contains("targets") || attributes.contains("JOINTS_0")) {
+          const std::vector<std::uint32_t> used = kept_vertices(p, count, kept, where);
+          load_targets(p, count, used, where, d);
+          load_influences(attributes, count, used, where, d);
         }
-        if (k > 0 && kept > 0 && d.targets.size() != targets && targets_known_)
-          fail(where, "has " + number(d.targets.size()) + " morph targets, other primitives " + number(targets));
-        if (kept > 0) targets = d.targets.size(), targets_known_ = true;
-        animation.deformations[m].push_back(std::move(d));
+        if (targets && d.targets.size() != *targets)
+          fail(where, "has " + number(d.targets.size()) + " morph targets, other primitives " + number(*targets));
+        targets = d.targets.size();
       }
-      targets_known_ = false;
+      out.push_back(std::move(d));
     }
+    animation.deformations[m] = std::move(out);
   }
 
   static std::size_t place(const std::vector<std::uint32_t>& used, std::size_t i) { return used.empty() ? i : used[i]; }
@@ -367,12 +316,12 @@ class Reader {
       if (!targets[t].is_object()) fail(place_name, "must be an object");
       std::vector<glm::vec3> moves(kept, glm::vec3(0.0f));
       if (targets[t].contains("POSITION")) {
-        const Numbers n =
-            numbers(index(targets[t], "POSITION", size("accessors"), "accessor", place_name), place_name + " POSITION");
-        if (n.components != 3) fail(place_name + " POSITION", "must have 3 components");
-        if (n.count != count)
+        const Accessor a = open(targets[t], "POSITION", place_name, place_name + " POSITION");
+        a.expect(3, 3, gltf::kAnyShort);
+        if (a.count != count)
           fail(place_name + " POSITION",
-               "has " + number(n.count) + " elements, but there are " + number(count) + " positions");
+               "has " + number(a.count) + " elements, but there are " + number(count) + " positions");
+        const Numbers n = accessors_.numbers(a);
         for (std::size_t i = 0; i < kept; ++i)
           for (int c = 0; c < 3; ++c)
             moves[i][c] = static_cast<float>(n.values[place(used, i) * 3 + static_cast<std::size_t>(c)]);
@@ -383,85 +332,86 @@ class Reader {
 
   void load_influences(const json& attributes, std::size_t count, const std::vector<std::uint32_t>& used,
                        const std::string& where, Deformation& d) {
-    if (attributes.contains("JOINTS_2")) fail(where, "more than two sets of joints are not supported");
+    if (attributes.contains("JOINTS_2"))
+      document_.note(where + ": more than two sets of joints are not supported; the first two count");
     for (int set = 0; set < 2; ++set) {
       const std::string joints_name = "JOINTS_" + number(static_cast<std::size_t>(set)),
                         weights_name = "WEIGHTS_" + number(static_cast<std::size_t>(set));
       if (!attributes.contains(joints_name)) break;
-      const Numbers j = numbers(index(attributes, joints_name.c_str(), size("accessors"), "accessor", where),
-                                where + " " + joints_name, true);
-      const Numbers w = numbers(index(attributes, weights_name.c_str(), size("accessors"), "accessor", where),
-                                where + " " + weights_name);
-      if (j.components != 4 || w.components != 4)
-        fail(where, joints_name + " and " + weights_name + " must have 4 components");
+      const Accessor j = open(attributes, joints_name.c_str(), where, where + " " + joints_name, true),
+                     w = open(attributes, weights_name.c_str(), where, where + " " + weights_name, true);
+      j.expect(4, 4, gltf::kIndices);
+      w.expect(4, 4, gltf::kAnyShort);
       if (j.count != count || w.count != count)
         fail(where, joints_name + " has " + number(j.count) + " elements and " + weights_name + " " + number(w.count) +
                         ", but there are " + number(count) + " positions");
       const std::size_t kept = used.empty() ? count : used.size();
       d.joints.resize(kept), d.weights.resize(kept);
       for (std::size_t i = 0; i < kept; ++i) {
-        for (std::size_t c = 0; c < 4; ++c) {
-          const std::size_t from = place(used, i) * 4 + c, to = static_cast<std::size_t>(set) * 4 + c;
-          d.joints[i][to] = static_cast<std::uint16_t>(std::min(j.values[from], 65535.0));
-          d.weights[i][to] = static_cast<float>(w.values[from]);
+        const std::size_t from = place(used, i);
+        for (int c = 0; c < 4; ++c) {
+          const auto to = static_cast<std::size_t>(set * 4 + c);
+          d.joints[i][to] = static_cast<std::uint16_t>(std::min(j.value(from, c), 65535.0));
+          const double weight = w.value(from, c);
+          if (!std::isfinite(weight)) fail(w.where, "element " + number(from) + " is not finite");
+          d.weights[i][to] = static_cast<float>(weight);
         }
       }
     }
   }
 
-  void load_nodes(Animation& animation) {
-    if (size("nodes") != scene_.nodes.size()) throw Error("the scene was not loaded from this file");
-    animation.node_skin.assign(scene_.nodes.size(), kNone);
-    animation.node_weights.resize(scene_.nodes.size());
-    for (std::size_t n = 0; n < scene_.nodes.size(); ++n) {
-      const Node& node = scene_.nodes[n];
-      const json& o = entry("nodes", n);
-      const std::string where = "node " + number(n) + quote_name(node.name);
-      if (node.mesh == kNone) continue;
-      const auto& deformations = animation.deformations[node.mesh];
-      std::size_t targets = 0;
-      for (const Deformation& d : deformations) targets = std::max(targets, d.targets.size());
-      if (targets > 0) {
-        const json& mesh = document_.at("meshes", node.mesh);
-        const json* weights = o.contains("weights")      ? &o["weights"]
-                              : mesh.contains("weights") ? &mesh["weights"]
-                                                         : nullptr;
-        animation.node_weights[n].assign(targets, 0.0);
-        if (weights) {
-          if (weights->size() != targets)
-            fail(where, "has " + number(weights->size()) + " weights for " + number(targets) + " morph targets");
-          for (std::size_t t = 0; t < targets; ++t) animation.node_weights[n][t] = (*weights)[t].get<double>();
-        }
+  /// What deforms the mesh of a node. At rest, targets of weight 0 are not read.
+  void load_node(Animation& animation, std::uint32_t n, bool at_rest = false) {
+    const Node& node = scene_.nodes[n];
+    if (node.mesh == kNone) return;
+    const std::size_t in_file = node.source == kNone ? n : node.source;
+    const json &o = entry("nodes", in_file), &mesh = entry("meshes", node.mesh);
+    const std::string where = "node " + number(in_file) + quote_name(node.name);
+    const json* weights = o.contains("weights") ? &o["weights"] : mesh.contains("weights") ? &mesh["weights"] : nullptr;
+    const bool moved =
+        weights && std::any_of(weights->begin(), weights->end(), [](const json& w) { return w.get<double>() != 0.0; });
+    if (at_rest && !moved && !o.contains("skin")) return;
+    load_deformations(animation, node.mesh);
+    const std::vector<Deformation>& deformations = animation.deformations[node.mesh];
+    std::size_t targets = 0;
+    for (const Deformation& d : deformations) targets = std::max(targets, d.targets.size());
+    if (targets > 0) {
+      animation.node_weights[n].assign(targets, 0.0);
+      if (weights) {
+        if (weights->size() != targets)
+          fail(where, "has " + number(weights->size()) + " weights for " + number(targets) + " morph targets");
+        for (std::size_t t = 0; t < targets; ++t) animation.node_weights[n][t] = (*weights)[t].get<double>();
       }
-      if (!o.contains("skin")) continue;
-      const std::size_t s = index(o, "skin", animation.skins.size(), "skin", where);
-      const Skin& skin = animation.skins[s];
-      bool skinned = false;
-      for (std::size_t k = 0; k < deformations.size(); ++k) {
-        const Deformation& d = deformations[k];
-        skinned = skinned || !d.joints.empty();
-        for (std::size_t i = 0; i < d.joints.size(); ++i) {
-          double sum = 0.0;
-          for (int c = 0; c < Deformation::kInfluences; ++c) {
-            if (d.weights[i][c] == 0.0f) continue;
-            sum += d.weights[i][c];
-            if (d.joints[i][c] >= skin.joints.size())
-              fail(where, "vertex " + number(i) + " of mesh " + number(node.mesh) + " primitive " + number(k) +
-                              " follows joint " + number(d.joints[i][c]) + ", but skin " + number(s) +
-                              quote_name(skin.name) + " has only " + number(skin.joints.size()) + " joints");
-          }
-          if (!(sum > 0.0))
-            fail(where, "vertex " + number(i) + " of mesh " + number(node.mesh) + " primitive " + number(k) +
-                            " follows no joint");
-        }
-      }
-      if (skinned) animation.node_skin[n] = static_cast<std::uint32_t>(s);
     }
+    if (!o.contains("skin") || node.source != kNone) return;
+    const std::size_t s = index(o, "skin", animation.skins.size(), "skin", where);
+    load_skin(animation, s);
+    const Skin& skin = animation.skins[s];
+    bool skinned = false;
+    for (std::size_t k = 0; k < deformations.size(); ++k) {
+      const Deformation& d = deformations[k];
+      skinned = skinned || !d.joints.empty();
+      for (std::size_t i = 0; i < d.joints.size(); ++i) {
+        double sum = 0.0;
+        for (int c = 0; c < Deformation::kInfluences; ++c) {
+          if (d.weights[i][c] == 0.0f) continue;
+          sum += d.weights[i][c];
+          if (d.joints[i][c] >= skin.joints.size())
+            fail(where, "vertex " + number(i) + " of mesh " + number(node.mesh) + " primitive " + number(k) +
+                            " follows joint " + number(d.joints[i][c]) + ", but skin " + number(s) +
+                            quote_name(skin.name) + " has only " + number(skin.joints.size()) + " joints");
+        }
+        if (!(sum > 0.0))
+          fail(where, "vertex " + number(i) + " of mesh " + number(node.mesh) + " primitive " + number(k) +
+                          " follows no joint");
+      }
+    }
+    if (skinned) animation.node_skin[n] = static_cast<std::uint32_t>(s);
   }
 
   Document& document_;
+  Accessors& accessors_;
   const Scene& scene_;
-  bool targets_known_ = false;
 };
 
 template <class F>
@@ -478,7 +428,8 @@ auto guarded(F&& f) {
 Animation load_animation_memory(std::span<const std::uint8_t> bytes, const Scene& scene, std::uint32_t index) {
   return guarded([&] {
     Document document(bytes, std::nullopt);
-    return Reader(document, scene).run(index);
+    Accessors accessors(document);
+    return Reader(document, accessors, scene).run(index);
   });
 }
 
@@ -487,11 +438,24 @@ Animation load_animation(const std::filesystem::path& path, const Scene& scene, 
     return guarded([&] {
       const gltf::Bytes bytes = gltf::read_file(path);
       Document document(bytes, path.has_parent_path() ? path.parent_path() : ".");
-      return Reader(document, scene).run(index);
+      Accessors accessors(document);
+      return Reader(document, accessors, scene).run(index);
     });
   } catch (const Error& e) {
     throw Error(path.string() + ": " + e.what());
   }
+}
+
+void pose_at_rest(Document& document, Accessors& accessors, Scene& scene) {
+  Animation animation = Reader(document, accessors, scene).rest();
+  const bool skinned =
+      std::any_of(animation.node_skin.begin(), animation.node_skin.end(), [](std::uint32_t s) { return s != kNone; });
+  const bool moved = std::any_of(animation.node_weights.begin(), animation.node_weights.end(),
+                                 [](const std::vector<double>& weights) { return !weights.empty(); });
+  if (!skinned && !moved) return;
+  AnimatedScene posed(std::move(scene), std::move(animation));
+  posed.at(0.0);
+  scene = std::move(posed).release();
 }
 
 std::size_t count_animations(const std::filesystem::path& path) {
@@ -565,8 +529,6 @@ AnimatedScene::AnimatedScene(Scene scene, Animation animation)
     motion_[node] = Motion::kUnstructured;
     deforms_[node] = weighted[node];
     if (skin != kNone) {
-      // Vertices are kept in the node's space, so they also change when the node moves under a resting skin.
-      deforms_[node] = deforms_[node] || moves[node];
       for (const std::uint32_t joint : animation_.skins[skin].joints) deforms_[node] = deforms_[node] || moves[joint];
     }
   }
@@ -575,6 +537,7 @@ AnimatedScene::AnimatedScene(Scene scene, Animation animation)
     if (motion_[node] != Motion::kUnstructured) continue;
     scene_.nodes[node].mesh = static_cast<std::uint32_t>(scene_.meshes.size());
     scene_.meshes.push_back(rest_[rest_mesh_[node]]);
+    scene_.meshes.back().source = rest_mesh_[node];
   }
 }
 
@@ -605,15 +568,13 @@ void AnimatedScene::deform(std::uint32_t node, const std::vector<glm::dmat4>& wo
   const std::uint32_t skin_index = animation_.node_skin[node];
   std::vector<glm::dmat4> bones;
   if (skin_index != kNone) {
-    // A skin ignores the node's transform (3.7.3.3); vertices are stored in the node's space, so its inverse goes in
-    // front.
+    // A skin ignores the node's transform (3.7.3.3). Vertices are kept about the first joint, where floats are fine.
     const Skin& skin = animation_.skins[skin_index];
-    const double det = glm::determinant(glm::dmat3(world[node]));
-    if (!(std::abs(det) > 0.0) || !std::isfinite(1.0 / det))
-      throw Error("node " + number(node) + quote_name(scene_.nodes[node].name) + ": the world matrix is singular");
-    const glm::dmat4 inverse = glm::inverse(world[node]);
+    const glm::dvec3 center(world[skin.joints[0]][3]);
+    scene_.nodes[node].mesh_frame = glm::translate(glm::dmat4(1.0), center);
+    const glm::dmat4 back = glm::translate(glm::dmat4(1.0), -center);
     for (std::size_t j = 0; j < skin.joints.size(); ++j)
-      bones.push_back(inverse * world[skin.joints[j]] * skin.inverse_bind[j]);
+      bones.push_back(back * world[skin.joints[j]] * skin.inverse_bind[j]);
   }
   for (std::size_t k = 0; k < rest.primitives.size(); ++k) {
     const Primitive& from = rest.primitives[k];
@@ -632,6 +593,10 @@ void AnimatedScene::deform(std::uint32_t node, const std::vector<glm::dmat4>& wo
         p = glm::dvec3(blend * glm::dvec4(p, 1.0)) / sum;
       }
       to.positions[i] = glm::vec3(p);
+      if (const glm::vec3& q = to.positions[i]; !std::isfinite(q.x) || !std::isfinite(q.y) || !std::isfinite(q.z))
+        throw Error("node " + number(node) + quote_name(scene_.nodes[node].name) + ": vertex " + number(i) +
+                    " of mesh " + number(rest_mesh_[node]) + " primitive " + number(k) +
+                    " leaves the range of single precision");
     }
     if (from.normals.empty()) continue;
     // Smooth where the file is smooth: vertices there are shared, where it has an edge they are split.

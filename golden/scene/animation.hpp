@@ -1,4 +1,4 @@
-// Animated glTF: what the loader of golden/scene leaves out. Translation, rotation, scale and weight channels with all
+// What moves in a glTF file, and how skins and morph targets stand at rest. Translation, rotation, scale and weight channels with all
 // three interpolations, morph targets and skins (glTF 2.0, sections 3.7.2.2, 3.7.3, 3.11 and appendix C), on top of a
 // loaded Scene.
 //
@@ -15,6 +15,11 @@
 #include "golden/scene/scene.hpp"
 
 namespace retrace {
+
+namespace gltf {
+class Document;
+class Accessors;
+}  // namespace gltf
 
 struct AnimationTrack {
   enum class Path { kTranslation, kRotation, kScale, kWeights };
@@ -55,12 +60,15 @@ struct Animation {
   std::vector<std::vector<double>> node_weights;       ///< by node: weights at rest; empty without morph targets
 };
 
-/// Reads animation number `index` of the file that `scene` was loaded from, and all skins and morph targets. A file
-/// without animations gives one without tracks. Throws Error that names file, object and what is wrong: missing or
+/// Reads animation number `index` of the file that `scene` was loaded from (not posed), and the skins and morph targets
+/// of all meshes that it shows. A file without animations gives one without tracks. Throws Error that names file, object and what is wrong: missing or
 /// unsorted keys, a vertex whose joint the skin does not have, a channel whose target cannot move.
 Animation load_animation(const std::filesystem::path& path, const Scene& scene, std::uint32_t index = 0);
 /// The same from memory.
 Animation load_animation_memory(std::span<const std::uint8_t> bytes, const Scene& scene, std::uint32_t index = 0);
+/// Applies skins and morph weights at rest. A node whose skin or targets are malformed keeps its mesh as stored, with a
+/// note. Throws Error for a pose that is not finite.
+void pose_at_rest(gltf::Document& document, gltf::Accessors& accessors, Scene& scene);
 /// Number of animations in a glTF file.
 std::size_t count_animations(const std::filesystem::path& path);
 
@@ -75,10 +83,12 @@ class AnimatedScene {
   bool animated() const { return !animation_.tracks.empty(); }
   /// The scene as it stands at a time: node transforms, and for every unstructured node a mesh of its own with the
   /// vertices (and normals: recomputed, smooth where they were) where they are. Nodes, numbers of primitives and
-  /// triangles, and so triangle ids, are the same at all times. Valid until the next call. Throws Error for a joint or
-  /// node whose matrix is singular where its inverse is needed.
+  /// triangles, and so triangle ids, are the same at all times. Valid until the next call. Throws Error for a vertex
+  /// that leaves the range of float.
   const Scene& at(double time);
   const Scene& scene() const { return scene_; }
+  /// The scene as it stands, for good.
+  Scene release() && { return std::move(scene_); }
   /// By node.
   Motion motion(std::uint32_t node) const { return motion_[node]; }
   /// Whether the vertices of an unstructured node may change with time (a skin whose joints rest does not).
