@@ -69,7 +69,7 @@ MUTANTS = [
     ("a tile has no lowest row", "rt_ray_source.sv", "|| @line_number_q == LineBits'(TileHeight - 1)@;", "1'b0"),
     ("an error in the first beats of a ray is lost", "rt_ray_source.sv", "ray_error_q <= @beat.error || (beat_q != '0 && ray_error_q)@;", "beat.error"),
     ("rays are asked for without room", "rt_ray_source.sv", "&& @room_q >= RoomBits'(RaysPerBurst)@", "1'b1"),
-    ("rays of a burst have one number", "rt_ray_source.sv", "<= @order.index + 32'(ray_number_q)@;", "order.index"),
+    ("rays of a burst have one number", "rt_ray_source.sv", "<= order.index + @32'(ray_number_q)@ -", "32'd0"),
     ("the source is done with rays on their way", "rt_ray_source.sv", "done_o = @left_q == '0 && !order_valid && !ray_valid_q@;", "left_q == '0"),
     # Launch.
     ("contexts are given out twice", "rt_launch.sv", "new_left_q  <= @new_block_q != '1@;", "1'b1"),

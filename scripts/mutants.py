@@ -236,9 +236,10 @@ endpackage
 """
 # The tests of the core that take the configuration the model has, the quick ones first.
 CORE_TESTS = [
-    ("rtl_core_test", "*_small_*:RtlCore.A*:RtlCore.Rows*:RtlCore.Counters*:RtlCore.Rays*:RtlCore.StepLimit"),
-    ("rtl_core_test", "RtlCore.*-RtlCore.A*:RtlCore.Rows*:RtlCore.Counters*:RtlCore.Rays*:RtlCore.StepLimit"),
-    ("rtl_bus_test", "*"),
+    ("rtl_core_test", "RtlCore.A*:RtlCore.Counters*:RtlCore.Rays*:RtlCore.StepLimit"),
+    ("rtl_core_test", "*_small_*:RtlCore.Rows*:RtlCore.Corrupt*:RtlCore.Header*:RtlCore.Read*:RtlCore.Write*"),
+    ("rtl_bus_test", "RtlBus.*"),
+    ("rtl_core_test", "RtlCore.Every*"),
 ]
 
 
@@ -281,7 +282,7 @@ def check_core(numbered, build, work, links, jobs):
         failed, seconds = run_tests(0, *job, 3600)
         if failed:
             raise RuntimeError("the core without a mutant: %s" % ", ".join(failed))
-        return int(3 * seconds + 10)
+        return int(2 * seconds + 5)
 
     def one(mutant):
         start, failed = time.monotonic(), []
