@@ -278,23 +278,26 @@ def check_core(numbered, build, work, links, jobs):
             return ["%s does not end" % (running[-1] if running else test)], limit
         return failed_tests(subprocess.CompletedProcess(step.args, step.returncode, output)), usage.ru_utime + usage.ru_stime
 
-    def reference(job):
-        failed, seconds = run_tests(0, *job, 3600)
-        if failed:
-            raise RuntimeError("the core without a mutant: %s" % ", ".join(failed))
-        return int(2 * seconds + 5)
-
-    def one(mutant):
-        start, failed = time.monotonic(), []
-        for (test, pattern), limit in zip(CORE_TESTS, limits):
-            failed, _ = run_tests(mutant[0], test, pattern, limit)
-            if failed:
-                break
-        return mutant[1][0], time.monotonic() - start, failed
-
+    # Most mutants fail in the first group of tests; the others are for those that are left.
+    spent = dict.fromkeys((number for number, _ in numbered), 0.0)
     with ThreadPoolExecutor(jobs) as pool:
-        limits = list(pool.map(reference, CORE_TESTS))
-        yield from pool.map(one, numbered)
+        for test, pattern in CORE_TESTS:
+            if not numbered:
+                break
+            failed, seconds = run_tests(0, test, pattern, 3600)
+            if failed:
+                raise RuntimeError("the core without a mutant: %s" % ", ".join(failed))
+            limit = int(2 * seconds + 5)
+            left = []
+            for mutant, (failed, seconds) in zip(numbered, pool.map(lambda m: run_tests(m[0], test, pattern, limit), numbered)):
+                spent[mutant[0]] += seconds
+                if failed:
+                    yield mutant[1][0], spent[mutant[0]], failed
+                else:
+                    left.append(mutant)
+            numbered = left
+    for number, mutant in numbered:
+        yield mutant[0], spent[number], []
     shutil.rmtree(folder, ignore_errors=True)
 
 
