@@ -1,16 +1,21 @@
 """Mutants of the RTL: each patches one rule in a copy, verilates the models that contain it, links the tests against those and expects a failure.
 
-The tests and everything but the mutated model come from an existing Ninja build, so a mutant costs one verilation and one link.
+The tests and everything but the mutated model come from an existing Ninja build, so a mutant costs one verilation and one link. The core is too
+large for that: its mutants (core_mutants.py) are all in one model, and RETRACE_MUTANT in the environment of a test says which of them is broken.
 """
 import argparse
 import glob
 import os
 import re
+import resource
 import shutil
+import signal
 import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+
+import core_mutants
 
 # (what is broken, file below rtl/, old text, new text, (model to verilate, test program, tests that must notice))
 STAGE = {name: ("rt_" + name, "rtl_stages_test", "*" + name) for name in
@@ -114,8 +119,8 @@ MUTANTS = [
 FOLDERS = ["lib", "stages", "cache", "regs", "top", "board"]
 SOURCES = ["pkg/rt_contract_pkg.sv", "pkg/rt_config_pkg.sv", "lib/rt_lib_pkg.sv", "stages/rt_stage_pkg.sv", "regs/rt_regs_pkg.sv", "top/rt_core_pkg.sv", "board/rt_board_pkg.sv"]
 # Models that a test program has under another name or with parameters of its own, as CMake verilates them.
-PREFIX = {"rt_board": "Vrt_board_small"}
-PARAMETERS = {"rt_board": ["+define+RT_CONFIG=ConfigSmall", "-GDivisor=1024", "-GMemoryBytes=32768"]}
+PREFIX = {"rt_board": "Vrt_board_small", "rt_top": "Vrt_small"}
+PARAMETERS = {"rt_top": ["+define+RT_CONFIG=ConfigSmall"], "rt_board": ["+define+RT_CONFIG=ConfigSmall", "-GDivisor=1024", "-GMemoryBytes=32768"]}
 
 
 CACHE = ["ccache"] if shutil.which("ccache") else []  # most of a large model is what it was
@@ -141,52 +146,159 @@ def source_of(mutant):
     return text
 
 
+def verilate(model, rtl, objects):
+    """Makes the C++ of a model whose sources are in `rtl`."""
+    top = "testbench/cosim/sv/%s.sv" % model if model.startswith("tb_") else glob.glob("%s/*/%s.sv" % (rtl, model))[0]
+    step = run(["verilator", "--cc", "--assert", "-O3", "--x-assign", "fast", "--x-initial", "unique", "-Wno-fatal", "-Wno-lint", "--output-split", "20000",
+                *[word for folder in FOLDERS for word in ("-y", os.path.join(rtl, folder))], "+incdir+" + rtl + "/lib", "--Mdir", objects,
+                "--prefix", PREFIX.get(model, "V" + model), "--top-module", model, *PARAMETERS.get(model, []), *[os.path.join(rtl, s) for s in SOURCES], top])
+    if step.returncode != 0:
+        raise RuntimeError("verilator: %s" % step.stderr[-2000:])
+
+
+def compile_model(model, objects, jobs):
+    """Compiles what verilate() made; returns the object files."""
+    root = run(["verilator", "--getenv", "VERILATOR_ROOT"]).stdout.strip()
+
+    def one(source):
+        # The library's bench takes longer to compile than to run.
+        level = "-O0" if "Slow" in source or model.startswith("tb_") else "-O1"
+        step = run([*CACHE, "c++", "-std=c++20", "-w", level, "-I" + objects, "-I" + root + "/include", "-I" + root + "/include/vltstd",
+                    "-DVL_TIME_CONTEXT", "-c", source, "-o", source[:-4] + ".o"])
+        if step.returncode != 0:
+            raise RuntimeError("compiler: %s" % step.stderr[-2000:])
+        return os.path.abspath(source[:-4] + ".o")
+
+    with ThreadPoolExecutor(jobs) as pool:
+        return list(pool.map(one, sorted(glob.glob(objects + "/*.cpp"))))
+
+
+def link(command, build, binary, compiled):
+    # The mutated model comes first on the line, so the linker never needs the one in the library.
+    command = re.sub(r" -o \S+", lambda _: " -o %s -Wl,--allow-multiple-definition %s" % (binary, " ".join(compiled)), command, count=1)
+    step = run(["sh", "-c", command], cwd=build)
+    if step.returncode != 0:
+        raise RuntimeError("linker: %s" % step.stderr[-2000:])
+
+
+def failed_tests(step):
+    failed = sorted({f for f in re.findall(r"^\[  FAILED  \] (\S+?)(?:,| |$)", step.stdout, re.M) if "." in f})
+    return failed or ([] if step.returncode == 0 else ["crash"])
+
+
 def check(mutant, build, work, links, vectors):
     """Returns (name, seconds, the test that failed) or raises on a mutant that could not be made."""
     name, path, old, new, (model, test, pattern) = mutant
     start = time.monotonic()
     folder = os.path.join(work, re.sub(r"\W+", "_", name))
     shutil.rmtree(folder, ignore_errors=True)
-    shutil.copytree("rtl", os.path.join(folder, "rtl"))
     rtl = os.path.join(folder, "rtl")
+    shutil.copytree("rtl", rtl)
     mutated = source_of(mutant).replace(old, new)
     with open(os.path.join(rtl, path), "w") as file:
         file.write(mutated)
-
-    top = "testbench/cosim/sv/%s.sv" % model if model.startswith("tb_") else glob.glob("%s/*/%s.sv" % (rtl, model))[0]
-    objects = os.path.join(folder, "obj")
-    step = run(["verilator", "--cc", "--assert", "-O3", "--x-assign", "fast", "--x-initial", "unique", "-Wno-fatal", "-Wno-lint",
-                *[word for folder in FOLDERS for word in ("-y", os.path.join(rtl, folder))], "+incdir+" + rtl + "/lib", "--Mdir", objects,
-                "--prefix", PREFIX.get(model, "V" + model), "--top-module", model, *PARAMETERS.get(model, []), *[os.path.join(rtl, s) for s in SOURCES], top])
-    if step.returncode != 0:
-        raise RuntimeError("%s: verilator: %s" % (name, step.stderr[-2000:]))
-    root = run(["verilator", "--getenv", "VERILATOR_ROOT"]).stdout.strip()
-    compiled = []
-    for source in sorted(glob.glob(objects + "/*.cpp")):
-        # The library's bench takes longer to compile than to run.
-        level = "-O0" if "Slow" in source or model.startswith("tb_") else "-O1"
-        step = run([*CACHE, "c++", "-std=c++20", "-w", level, "-I" + objects, "-I" + root + "/include", "-I" + root + "/include/vltstd",
-                    "-DVL_TIME_CONTEXT", "-c", source, "-o", source[:-4] + ".o"])
-        if step.returncode != 0:
-            raise RuntimeError("%s: compiler: %s" % (name, step.stderr[-2000:]))
-        compiled.append(os.path.abspath(source[:-4] + ".o"))
-
-    # The mutated model comes first on the line, so the linker never needs the one in the library.
     binary = os.path.abspath(os.path.join(folder, test))
-    command = re.sub(r" -o \S+", lambda _: " -o %s -Wl,--allow-multiple-definition %s" % (binary, " ".join(compiled)), links[test], count=1)
-    step = run(["sh", "-c", command], cwd=build)
-    if step.returncode != 0:
-        raise RuntimeError("%s: linker: %s" % (name, step.stderr[-2000:]))
+    try:
+        verilate(model, rtl, os.path.join(folder, "obj"))
+        link(links[test], build, binary, compile_model(model, os.path.join(folder, "obj"), 1))
+    except RuntimeError as error:
+        raise RuntimeError("%s: %s" % (name, error)) from error
     environment = dict(os.environ, RETRACE_VECTORS=str(vectors))
     try:
         # A broken stream breaks many tests at length; the first one is enough.
-        step = run([binary, "--gtest_fail_fast", "--gtest_filter=" + pattern], env=environment, timeout=600)
-        failed = sorted({f for f in re.findall(r"^\[  FAILED  \] (\S+?)(?:,| |$)", step.stdout, re.M) if "." in f})
-        failed = failed or ([] if step.returncode == 0 else ["crash"])
+        failed = failed_tests(run([binary, "--gtest_fail_fast", "--gtest_filter=" + pattern], env=environment, timeout=600))
     except subprocess.TimeoutExpired:
         failed = ["timeout"]
     shutil.rmtree(folder, ignore_errors=True)
     return name, time.monotonic() - start, failed
+
+
+def with_choices(path, mutants):
+    """Text of a file of the core in which each of its mutants, a number and a row of core_mutants.py, is chosen by its number."""
+    with open(os.path.join("rtl", "top", path)) as file:
+        text = file.read()
+    insertions = []  # (where, closing ones first and outer ones before inner ones, what)
+    for number, (name, _, context, new) in mutants:
+        before, old, after = context.split("@")
+        if text.count(before + old + after) != 1:
+            raise RuntimeError("%s: text is there %d times in %s: %s" % (name, text.count(before + old + after), path, before + old + after))
+        begin = text.index(before + old + after) + len(before)
+        insertions.append((begin, 1, -len(old), "(rt_mutant_pkg::chosen == %d ? (%s) : (" % (number, new)))
+        insertions.append((begin + len(old), 0, 0, "))"))
+    for where, _, _, what in sorted(insertions, reverse=True):
+        text = text[:where] + what + text[where:]
+    return text
+
+
+MUTANT_PACKAGE = """package rt_mutant_pkg;
+  int unsigned chosen = $c32("(std::getenv(\\"RETRACE_MUTANT\\") ? std::atoi(std::getenv(\\"RETRACE_MUTANT\\")) : 0)");
+endpackage
+"""
+# The tests of the core that take the configuration the model has, the quick ones first.
+CORE_TESTS = [
+    ("rtl_core_test", "RtlCore.A*:RtlCore.Counters*:RtlCore.Rays*:RtlCore.StepLimit"),
+    ("rtl_core_test", "*_small_*:RtlCore.Rows*:RtlCore.Corrupt*:RtlCore.Header*:RtlCore.Read*:RtlCore.Write*"),
+    ("rtl_bus_test", "RtlBus.*"),
+    ("rtl_core_test", "RtlCore.Every*"),
+]
+
+
+def core_files(numbered):
+    return {path: with_choices(path, [m for m in numbered if m[1][1] == path]) for path in sorted({m[1][1] for m in numbered})}
+
+
+def check_core(numbered, build, work, links, jobs):
+    """Yields (name, seconds, the tests that failed) for each mutant of the core; RuntimeError if the model cannot be made or is wrong without a mutant."""
+    folder = os.path.join(work, "core")
+    shutil.rmtree(folder, ignore_errors=True)
+    rtl, objects = os.path.join(folder, "rtl"), os.path.join(folder, "obj")
+    shutil.copytree("rtl", rtl)
+    for path, text in core_files(numbered).items():
+        with open(os.path.join(rtl, "top", path), "w") as file:
+            file.write(text)
+    with open(os.path.join(rtl, SOURCES[0]), "a") as file:
+        file.write(MUTANT_PACKAGE)
+    verilate("rt_top", rtl, objects)
+    compiled = compile_model("rt_top", objects, jobs)
+    for test in {test for test, _ in CORE_TESTS}:
+        link(links[test], build, os.path.abspath(os.path.join(folder, test)), compiled)
+
+    def run_tests(number, test, pattern, limit):
+        """Returns the tests that failed, and the processor's seconds."""
+        # Not the clock on the wall: what else the machine does must not catch a mutant.
+        step = subprocess.Popen([os.path.join(folder, test), "--gtest_fail_fast", "--gtest_filter=" + pattern], text=True, stdout=subprocess.PIPE,
+                                stderr=subprocess.DEVNULL, env=dict(os.environ, RETRACE_MUTANT=str(number)),
+                                preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit)))
+        with step.stdout:
+            output = step.stdout.read()
+        _, status, usage = os.wait4(step.pid, 0)
+        step.returncode = os.waitstatus_to_exitcode(status)
+        if step.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
+            running = re.findall(r"^\[ RUN      \] (\S+)", output, re.M)
+            return ["%s does not end" % (running[-1] if running else test)], limit
+        return failed_tests(subprocess.CompletedProcess(step.args, step.returncode, output)), usage.ru_utime + usage.ru_stime
+
+    # Most mutants fail in the first group of tests; the others are for those that are left.
+    spent = dict.fromkeys((number for number, _ in numbered), 0.0)
+    with ThreadPoolExecutor(jobs) as pool:
+        for test, pattern in CORE_TESTS:
+            if not numbered:
+                break
+            failed, seconds = run_tests(0, test, pattern, 3600)
+            if failed:
+                raise RuntimeError("the core without a mutant: %s" % ", ".join(failed))
+            limit = int(2 * seconds + 5)
+            left = []
+            for mutant, (failed, seconds) in zip(numbered, pool.map(lambda m: run_tests(m[0], test, pattern, limit), numbered)):
+                spent[mutant[0]] += seconds
+                if failed:
+                    yield mutant[1][0], spent[mutant[0]], failed
+                else:
+                    left.append(mutant)
+            numbered = left
+    for number, mutant in numbered:
+        yield mutant[0], spent[number], []
+    shutil.rmtree(folder, ignore_errors=True)
 
 
 def main():
@@ -198,6 +310,7 @@ def main():
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     arguments = parser.parse_args()
     mutants = [m for m in MUTANTS if arguments.only in m[0] or arguments.only in m[1]]
+    core = [(i, m) for i, m in enumerate(core_mutants.MUTANTS, 1) if arguments.only in m[0] or arguments.only in "top/" + m[1]]
     if arguments.list:
         stale = 0
         for mutant in mutants:
@@ -207,8 +320,15 @@ def main():
             except RuntimeError as error:
                 print("mutants: %s" % error, file=sys.stderr)
                 stale += 1
+        for mutant in core:
+            print("%-70s top/%s" % mutant[1][:2])
+            try:
+                with_choices(mutant[1][1], [mutant])
+            except RuntimeError as error:
+                print("mutants: %s" % error, file=sys.stderr)
+                stale += 1
         return 1 if stale else 0
-    tests = sorted({m[4][1] for m in mutants})
+    tests = sorted({m[4][1] for m in mutants} | {test for test, _ in CORE_TESTS if core})
     step = subprocess.run(["ninja", "-C", arguments.build, *tests], stdout=subprocess.DEVNULL)
     if step.returncode != 0:
         print("mutants: cannot build %s in %s" % (" ".join(tests), arguments.build), file=sys.stderr)
@@ -216,19 +336,27 @@ def main():
     links = {test: link_command(arguments.build, test) for test in tests}
     work = os.path.join(arguments.build, "mutants")
     survivors = 0
+
+    def report(name, seconds, failed):
+        print("%-9s %-68s %5.1f s  %s" % ("caught" if failed else "SURVIVED", name, seconds, ", ".join(f.split("/", 1)[-1] for f in failed)), flush=True)
+        return not failed
+
     with ThreadPoolExecutor(arguments.jobs) as pool:
         jobs = [pool.submit(check, m, arguments.build, work, links, arguments.vectors) for m in mutants]
         for job in jobs:
             try:
-                name, seconds, failed = job.result()
+                survivors += report(*job.result())
             except RuntimeError as error:
                 survivors += 1
                 print("BROKEN    %s" % error, flush=True)
-                continue
-            survivors += not failed
-            print("%-9s %-68s %5.1f s  %s" % ("caught" if failed else "SURVIVED", name, seconds, ", ".join(f.split("/", 1)[-1] for f in failed)),
-                  flush=True)
-    print("mutants: %d of %d caught" % (len(mutants) - survivors, len(mutants)))
+    if core:
+        try:
+            for result in check_core(core, arguments.build, work, links, arguments.jobs):
+                survivors += report(*result)
+        except RuntimeError as error:
+            print("mutants: %s" % error, file=sys.stderr)
+            return 1
+    print("mutants: %d of %d caught" % (len(mutants) + len(core) - survivors, len(mutants) + len(core)))
     return 1 if survivors else 0
 
 
