@@ -67,12 +67,12 @@ def registers(core):
 
 def header(core):
     names = core["sources"]["core"] + core["sources"]["shell"]
-    return "\n".join([f"// {MADE}", "#pragma once", "#include <array>", "", "namespace retrace::cosim {", "",
+    return "\n".join([f"// {MADE}", "// clang-format off", "#pragma once", "#include <array>", "", "namespace retrace::cosim {", "",
                       "/// Who reads for a core, by the upper bits of ARID (rt_config_pkg::Source*).",
                       f"inline constexpr std::array<const char*, {len(names)}> kReadSources{{{', '.join(chr(34) + name + chr(34) for name in names)}}};", "",
                       "/// Configurations of rtl/targets/core.toml.",
-                      f"inline constexpr std::array<const char*, {len(core['configuration'])}> kShippedConfigurations{{",
-                      f"    {', '.join(chr(34) + name + chr(34) for name in core['configuration'])}}};", "",
+                      f"inline constexpr std::array<const char*, {len(core['configuration'])}> kShippedConfigurations{{"
+                      f"{', '.join(chr(34) + name + chr(34) for name in core['configuration'])}}};", "",
                       "}  // namespace retrace::cosim", ""])
 
 

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "golden/engine.hpp"
-#include "testbench/cosim/core/core_driver.hpp"
 #include "testbench/cosim/core/core_description.hpp"
+#include "testbench/cosim/core/core_driver.hpp"
 
 namespace retrace {
 
