@@ -394,10 +394,12 @@ def scripts(work, _):
           and os.path.isfile(os.path.join(includes[0], "rt_assert.svh")), "vivado_ip.tcl in FuseSoC's project: its files, and the include folder", text_of(result))
     result = run(["tclsh", STUB, os.path.join(ROOT, "scripts/vivado_ip.tcl"), ip, "ConfigHuge"], work)
     check(result.returncode != 0 and "ConfigHuge" in result.stderr, "vivado_ip.tcl names a wrong configuration", text_of(result))
-    core = read(os.path.join(ROOT, "rtl/top/rt_core_pkg.sv"))
-    ours = dict(re.findall(r"(Config\w+) (\d+)", re.search(r"data_bits \{(.*?)\}", read(os.path.join(ROOT, "scripts/vivado_ip.tcl"))).group(1)))
-    theirs = dict(re.findall(r"config_t (Config\w+) = '\{.*?data_bits: *(\d+)", core, re.S))
-    check(ours == theirs and ours, "vivado_ip.tcl knows the configurations of rt_core_pkg", "%s %s" % (ours, theirs))
+    stated = dict(re.findall(r"config_t (Config\w+) = '\{.*?data_bits: *(\d+)", read(os.path.join(ROOT, "rtl/pkg/rt_config_pkg.sv")), re.S))
+    taken = {}
+    for name in stated:
+        result = run(["tclsh", STUB, os.path.join(ROOT, "scripts/vivado_ip.tcl"), ip, name], work)
+        taken[name] = next((call[2] for call in calls(result) if call[:2] == ["set_property", "value"]), text_of(result))
+    check(stated == taken and stated, "vivado_ip.tcl knows the configurations of rt_config_pkg", "%s %s" % (stated, taken))
 
 
 # ------------------------------------------------------------------------------------------------ subset, vectors
