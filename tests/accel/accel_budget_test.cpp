@@ -33,7 +33,7 @@ std::vector<Recipe> recipes() {
   for (const auto& [name, density, steps] : {std::tuple{"grid-woo", GridDensity::kWoo, 96.0},
                                              {"grid-pharr", GridDensity::kPharr, 24.0},
                                              {"grid-pharr-exact", GridDensity::kPharrExact, 64.0}}) {
-    all.push_back({name, 16, 4 * 16 + 4 * 64 + 4, steps, [density](const TriangleSet& set) {
+    all.push_back({name, 16, 4 * 16 + 4 * 64 + 4, steps, [density = density](const TriangleSet& set) {
                      BuildSteps work;
                      const auto grid = make_grid(set, density, &work);
                      const Footprint bytes = grid->footprint();
@@ -45,7 +45,7 @@ std::vector<Recipe> recipes() {
   for (const auto& [name, builder, steps] : {std::tuple{"bvh-kk", BvhBuilder::kKayKajiya, 2.0},
                                              {"bvh-gs", BvhBuilder::kGoldsmithSalmon, 40.0},
                                              {"bvh-sah", BvhBuilder::kBinnedSah, 4.0}}) {
-    all.push_back({name, 1, 2 * 36, steps, [builder](const TriangleSet& set) {
+    all.push_back({name, 1, 2 * 36, steps, [builder = builder](const TriangleSet& set) {
                      BuildSteps work;
                      const auto bvh = build_bvh(set, builder, 3, &work);
                      const Footprint bytes = bvh->footprint(true);
