@@ -33,6 +33,7 @@ module rt_control #(
     input  logic                             sinks_done_i,    // all hits are where they belong
     input  logic                             ray_taken_i,
     input  logic                             hit_taken_i,
+    input  logic                             hit_fault_i,     // and it carries an error
     input  rt_core_pkg::tagged_hit_t         hit_i
 );
   localparam int unsigned HeaderBits = (rt_contract_pkg::HeaderBoxWord + 6) * 32;  // what is used of it
@@ -210,7 +211,7 @@ module rt_control #(
       Drained: if (sinks_done_i) state_q <= Done;
       default: state_q <= Idle;
     endcase
-    if (hit_taken_i && hit_i.hit.status > rt_contract_pkg::status_t'(rt_contract_pkg::StatusHit) && !ray_fault_q) begin
+    if (hit_fault_i && !ray_fault_q) begin
       ray_fault_q   <= 1'b1;
       first_fault_q <= hit_i.hit.status;
       fault_tag_q   <= hit_i.tag;

@@ -217,6 +217,7 @@ module rt_core #(
       .sinks_done_i,
       .ray_taken_i  (ray_taken),
       .hit_taken_i  (hit_taken),
+      .hit_fault_i  (hit_fault),
       .hit_i        (hit_o)
   );
 

@@ -11,6 +11,7 @@
 #include "golden/accel/kd.hpp"
 #include "golden/accel/probe.hpp"
 #include "testbench/csim/test_rays.hpp"
+#include "tests/accel/against_brute_force.hpp"
 #include "tests/scene/hard_scenes.hpp"
 
 namespace retrace::accel {
@@ -115,26 +116,11 @@ TEST(Budgets, EveryStructureReturnsWhatBruteForceReturns) {
       if (!r.outside) rays.push_back(from_grid(r));
     for (const GridRay& r : make_edge_rays(scene, GridPoint(1234, -777, 4321), 200, random))
       if (!r.outside) rays.push_back(from_grid(r));
+    SCOPED_TRACE(s.name);
     Workshop workshop(scene);
-    double seconds;
-    std::vector<Hit> expected;
-    std::size_t hits = 0;
-    for (const Technique& technique : catalogue()) {
-      const auto structure = technique.make(workshop, seconds);
-      Probe probe;
-      for (std::size_t i = 0; i < rays.size(); ++i) {
-        const Hit hit = structure->trace(rays[i], probe);
-        if (technique.key == "brute-force") {
-          expected.push_back(hit);
-          hits += hit.hit();
-        } else if (rays[i].any) {
-          ASSERT_EQ(expected[i].hit(), hit.hit()) << s.name << ", " << technique.key << ", ray " << i;
-        } else {
-          ASSERT_EQ(expected[i], hit) << s.name << ", " << technique.key << ", ray " << i;
-        }
-      }
-    }
-    EXPECT_GT(hits, 20u) << s.name;
+    Agreement agreement;
+    ASSERT_NO_FATAL_FAILURE(compare_with_brute_force(workshop, rays, agreement));
+    EXPECT_GT(agreement.hits, 20u) << s.name;
   }
 }
 

@@ -30,6 +30,7 @@
 #include "scenes/open_scene.hpp"
 #include "testbench/csim/test_rays.hpp"
 #include "testbench/lab/lab_scene.hpp"
+#include "tests/accel/against_brute_force.hpp"
 #ifdef RETRACE_EMBREE
 #include <embree3/rtcore.h>
 #endif
@@ -260,31 +261,15 @@ void check_scene(const std::string& name, const AnimatedScene& animated, std::si
   std::vector<Ray> rays;
   for (const GridRay& r : rays_for(scene, grid, image, ray_count, random, kinds)) rays.push_back(from_grid(r));
   Workshop workshop(grid);
-  double seconds;
-  std::vector<Hit> expected;
-  std::size_t hits = 0, techniques = 0;
-  for (const Technique& technique : catalogue()) {
-    const auto structure = technique.make(workshop, seconds);
-    Probe probe;
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      const Hit hit = structure->trace(rays[i], probe);
-      if (technique.key == "brute-force") {
-        expected.push_back(hit);
-        hits += hit.hit();
-      } else if (rays[i].any) {
-        ASSERT_EQ(expected[i].hit(), hit.hit()) << technique.key << ", ray " << i;
-      } else {
-        ASSERT_EQ(expected[i], hit) << technique.key << ", ray " << i;
-      }
-    }
-    ++techniques;
-  }
+  Agreement agreement;
+  ASSERT_NO_FATAL_FAILURE(compare_with_brute_force(workshop, rays, agreement));
   std::printf("%-28s %7zu triangles, %5zu rays (%zu primary, %zu shadow, %zu bounce), %5zu hits, %zu structures equal",
-              name.c_str(), workshop.set().triangles.size(), rays.size(), kinds[0], kinds[1], kinds[2], hits,
-              techniques);
+              name.c_str(), workshop.set().triangles.size(), rays.size(), kinds[0], kinds[1], kinds[2], agreement.hits,
+              agreement.techniques);
 #ifdef RETRACE_EMBREE
   compare_all(
-      workshop.set(), rays, expected, *make_brute_force(workshop.set()), [](const Ray& r) { return r; }, name);
+      workshop.set(), rays, agreement.expected, *make_brute_force(workshop.set()), [](const Ray& r) { return r; },
+      name);
 #endif
   std::printf("\n");
   check_two_level(animated, grid, rays, name);

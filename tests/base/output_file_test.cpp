@@ -11,30 +11,17 @@
 
 #include <fstream>
 #include <functional>
-#include <iterator>
 #include <thread>
+
+#include "tests/base/temporary_folder.hpp"
 
 namespace retrace {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder of its own for each test, removed afterwards.
-class OutputFileTest : public ::testing::Test {
+class OutputFileTest : public TemporaryFolder {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("retrace-output-" + std::to_string(::getpid()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  std::size_t entries() const {
-    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
-  }
-  static std::string text_of(const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
   /// The error of `work`; empty if there is none.
   static std::string error_of(const std::function<void()>& work) {
     try {
@@ -51,8 +38,6 @@ class OutputFileTest : public ::testing::Test {
     EXPECT_EQ(::stat(path.c_str(), &info), 0) << path;
     return info.st_mode & 07777;
   }
-
-  fs::path folder_;
 };
 
 bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }

@@ -15,29 +15,14 @@
 
 #include "golden/image/tonemap.hpp"
 #include "golden/scene/scene.hpp"
+#include "tests/base/temporary_folder.hpp"
 
 namespace retrace {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder of its own for each test, removed afterwards.
-class Files : public ::testing::Test {
- protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("retrace-raster-" + std::to_string(::getpid()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  std::size_t entries() const {
-    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
-  }
-  static std::string text_of(const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
-  fs::path folder_;
-};
+using Files = TemporaryFolder;
 
 Raster read(const fs::path& path) {
   auto in = OIIO::ImageInput::open(path.string());
