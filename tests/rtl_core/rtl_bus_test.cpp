@@ -14,6 +14,7 @@
 
 #include "rtl/regs/rt_regs.h"
 #include "testbench/cosim/core/core_driver.hpp"
+#include "testbench/cosim/core/simulated_device.hpp"
 #include "tests/rtl_core/frames.hpp"
 
 namespace {

@@ -8,6 +8,7 @@
 
 #include "testbench/cosim/core/core_description.hpp"
 #include "testbench/cosim/core/core_driver.hpp"
+#include "testbench/cosim/core/simulated_device.hpp"
 #include "tests/rtl_core/frames.hpp"
 
 namespace {

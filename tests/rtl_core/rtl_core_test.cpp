@@ -7,6 +7,7 @@
 
 #include "rtl/regs/rt_regs.h"
 #include "testbench/cosim/core/rtl_engine.hpp"
+#include "testbench/cosim/core/simulated_device.hpp"
 #include "testbench/csim/csim_engine.hpp"
 #include "tests/rtl_core/frames.hpp"
 

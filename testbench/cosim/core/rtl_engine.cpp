@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "golden/clock.hpp"
+#include "testbench/cosim/core/simulated_device.hpp"
 
 namespace retrace {
 namespace {

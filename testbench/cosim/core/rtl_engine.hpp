@@ -7,6 +7,7 @@
 #include <string>
 
 #include "golden/engine.hpp"
+#include "testbench/cosim/core/axi_memory.hpp"
 #include "testbench/cosim/core/core_description.hpp"
 #include "testbench/cosim/core/core_driver.hpp"
 

@@ -1,5 +1,5 @@
-// See device.hpp.
-#include "testbench/cosim/core/device.hpp"
+// See simulated_device.hpp.
+#include "testbench/cosim/core/simulated_device.hpp"
 
 #include "golden/scene/geometry.hpp"
 
