@@ -6,6 +6,7 @@
 //                                   +------------------------------ return ----------------------------------------------------+
 //   rt_result_unit --finish--> rt_hit_finish --> hits
 //
+// Reset       Each unit has a register of it, so a start counts from the second clock after it.
 // Run         start_i with run_i -> rays_start_o, from then on rays are taken -> sources_done_i and every ray has retired: drained_o -> sinks_done_i: done.
 // Streams     rays with a tag in, hits with the same tag out, in any order.
 // Memory      Requests and the beats of their answers; answers are always taken, in any order between {source, mshr}.
