@@ -52,6 +52,9 @@ struct Hit {
   bool hit() const { return status == contract::kStatusHit; }
 };
 
+/// Triangles that the kernel and the cores remember for a ray.
+inline constexpr int kKernelMailbox = 8;
+
 enum class WayUp { kStack, kParentLinks, kFaceLinks };
 
 struct TraceOptions {
@@ -67,6 +70,8 @@ class Engine {
   virtual std::string name() const = 0;
   /// Whether trace() can fill `work`; otherwise it must be empty.
   virtual bool counts_work() const { return true; }
+  /// The rays of trace() are an image with rows of so many, or (0, the default) have no order. May be made use of; hits do not depend on it.
+  virtual void set_ray_row(std::uint32_t /*rays*/) {}
   /// Traces rays[i] into hits[i] (and work[i] if `work` is not empty). Rays marked `outside` become misses. Sizes must agree.
   virtual void trace(std::span<const GridRay> rays, std::span<Hit> hits, std::span<RayWork> work,
                      const TraceOptions& options) = 0;

@@ -11,6 +11,7 @@
 
 #include "engine.hpp"
 #include "golden/tree/kd_builder.hpp"
+#include "registry.hpp"
 #include "stages/hit_finish.hpp"
 #include "stages/kd_backtrack.hpp"
 #include "stages/kd_descend.hpp"
@@ -264,6 +265,20 @@ class GoldenEngine final : public Engine {
 
 std::unique_ptr<Engine> make_golden_engine(const GridScene& scene, const MemoryImage& image) {
   return std::make_unique<GoldenEngine>(scene, image);
+}
+
+EngineKind golden_engine_kind() {
+  EngineKind kind;
+  kind.name = "golden";
+  kind.help = "double precision on all cores: what is true";
+  kind.fixed_point = false;
+  kind.stack = true;
+  kind.any_mailbox = true;
+  kind.two_level = true;
+  kind.make = [](const GridScene& scene, const MemoryImage& image, const std::string&) {
+    return make_golden_engine(scene, image);
+  };
+  return kind;
 }
 
 }  // namespace retrace

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <mutex>
 
+#include "golden/engine/registry.hpp"
 #include "hls/top/trace.hpp"
 
 namespace retrace {
@@ -130,6 +131,16 @@ std::unique_ptr<CsimEngine> make_csim_engine(const MemoryImage& image) {
 
 std::unique_ptr<CsimEngine> make_csim_engine(std::span<const std::uint64_t> image_words) {
   return std::make_unique<Simulation>(image_words);
+}
+
+EngineKind csim_engine_kind() {
+  EngineKind kind;
+  kind.name = "csim";
+  kind.help = "the fixed-point HLS kernel in C simulation, on all cores";
+  kind.make = [](const GridScene&, const MemoryImage& image, const std::string&) -> std::unique_ptr<Engine> {
+    return make_csim_engine(image);
+  };
+  return kind;
 }
 
 }  // namespace retrace

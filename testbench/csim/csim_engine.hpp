@@ -25,6 +25,6 @@ std::unique_ptr<CsimEngine> make_csim_engine(const MemoryImage& image);
 /// The same over words that nobody has checked, for tests with corrupt images.
 std::unique_ptr<CsimEngine> make_csim_engine(std::span<const std::uint64_t> image_words);
 
-inline constexpr int kCsimMailbox = 8;
+inline constexpr int kCsimMailbox = kKernelMailbox;
 
 }  // namespace retrace

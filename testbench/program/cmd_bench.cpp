@@ -8,15 +8,11 @@
 #include <memory>
 #include <optional>
 
+#include "golden/engine/registry.hpp"
 #include "golden/render/renderer.hpp"
-#include "testbench/csim/csim_engine.hpp"
 #include "testbench/program/commands.hpp"
-#include "testbench/program/engines.hpp"
 #include "testbench/program/pipeline_view.hpp"
 #include "testbench/program/progress.hpp"
-#ifdef RETRACE_RTL
-#include "testbench/sim/core/rtl_engine.hpp"
-#endif
 #ifdef RETRACE_EMBREE
 #include <embree3/rtcore.h>
 #endif
@@ -138,12 +134,10 @@ class Bench {
     for (const std::string& name : a_.engines) {
       say(scene + ": " + name);
       const std::unique_ptr<Engine> engine = make_engine(name, loaded.grid, loaded.image);
-#ifdef RETRACE_RTL
-      if (auto* core = dynamic_cast<RtlEngine*>(engine.get())) {
-        json["rtl_rays_s"] = measure_rtl(*core, loaded, camera, size);
+      if (find_engine(name).report) {
+        json[find_engine(name).name + "_rays_s"] = measure_core(name, *engine, loaded, camera, size);
         continue;
       }
-#endif
       TraceOptions options;
       options.threads = common_.threads;
       const double seconds = best_time(a_.repeat, [&] { engine->trace(rays, hits, {}, options); });
@@ -162,7 +156,7 @@ class Bench {
       WorkTotals plain, boxed;
       golden->trace(rays, hits, work, options);
       for (const RayWork& w : work) plain.add(w);
-      options.mailbox = kCsimMailbox;
+      options.mailbox = kKernelMailbox;
       golden->trace(rays, hits, work, options);
       for (const RayWork& w : work) boxed.add(w);
       const double n = static_cast<double>(rays.size());
@@ -175,13 +169,24 @@ class Bench {
     return json;
   }
 
-  /// One entry for each scene and run of the RTL core.
-  const nlohmann::ordered_json& rtl() const { return rtl_; }
+  struct CoreRun {
+    std::string scene, engine;
+    CoreReport report;
+    double clocks_per_ray() const {
+      return static_cast<double>(report.clocks) / static_cast<double>(std::max<std::uint64_t>(report.rays, 1));
+    }
+    double steps_per_clock() const { return static_cast<double>(report.steps) / static_cast<double>(report.clocks); }
+    double bytes_per_ray() const {
+      return static_cast<double>(report.bytes) / static_cast<double>(std::max<std::uint64_t>(report.rays, 1));
+    }
+  };
+  /// One for each scene and engine that says where its clocks went.
+  const std::vector<CoreRun>& cores() const { return cores_; }
 
  private:
-#ifdef RETRACE_RTL
   /// Primary rays in image order, once; rays a second of wall time.
-  double measure_rtl(RtlEngine& core, const LoadedScene& loaded, const ViewCamera& camera, const Size& size) {
+  double measure_core(const std::string& name, Engine& core, const LoadedScene& loaded, const ViewCamera& camera,
+                      const Size& size) {
     std::vector<WorldRay> world;
     for (int y = 0; y < size.height; ++y)
       for (int x = 0; x < size.width; ++x) world.push_back(camera.ray(x + 0.5, y + 0.5, size.width, size.height));
@@ -190,42 +195,15 @@ class Bench {
     std::vector<Hit> hits(rays.size());
     core.set_ray_row(static_cast<std::uint32_t>(size.width));
     TraceOptions options;
-    options.mailbox = core.identity().mail_entries;
+    options.mailbox = kKernelMailbox;
     core.trace(rays, hits, {}, options);
-    const cosim::CoreCounters& c = core.counters();
-    const auto clocks = static_cast<double>(c.clocks), n = static_cast<double>(std::max<std::uint64_t>(c.rays, 1));
-    // Whoever misses looks up again and hits, so every access is a hit in the end; a miss is a line that was fetched.
-    const auto hit_rate = [](std::uint64_t hit, std::uint64_t missed) {
-      return hit == 0 ? 1.0 : 1.0 - static_cast<double>(missed) / static_cast<double>(hit);
-    };
-    const auto shares = [](const cosim::UnitClocks& u) -> nlohmann::ordered_json {
-      const auto all = static_cast<double>(std::max<std::uint64_t>(u.busy + u.starved + u.blocked, 1));
-      return {{"busy", static_cast<double>(u.busy) / all},
-              {"starved", static_cast<double>(u.starved) / all},
-              {"blocked", static_cast<double>(u.blocked) / all}};
-    };
-    rtl_.push_back(
-        {{"scene", loaded.name},
-         {"config", core.configuration()},
-         {"clocks_per_ray", clocks / n},
-         {"steps_per_clock", static_cast<double>(c.node_steps()) / clocks},
-         {"sim_clocks_per_s", static_cast<double>(core.simulated_clocks()) / core.simulation_seconds()},
-         {"bytes_per_ray", static_cast<double>(c.read_beats + c.write_beats) * core.identity().data_bytes / n},
-         {"hit_rate",
-          {{"node", hit_rate(c.node_hits, c.node_misses)},
-           {"leaf", hit_rate(c.leaf_hits, c.leaf_misses)},
-           {"triangle", hit_rate(c.triangle_hits, c.triangle_misses)}}},
-         {"units",
-          {{"lanes", shares(c.lanes)},
-           {"leaf_unit", shares(c.leaf_unit)},
-           {"references", shares(c.references)},
-           {"tri_test", shares(c.tri_test)},
-           {"bus", shares(c.bus)}}}});
-    return n / core.simulation_seconds();
+    const EngineKind& kind = find_engine(name);
+    cores_.push_back({loaded.name, kind.name, kind.report(core)});
+    const CoreReport& report = cores_.back().report;
+    return static_cast<double>(std::max<std::uint64_t>(report.rays, 1)) / report.seconds;
   }
-#endif
 
-  nlohmann::ordered_json rtl_ = nlohmann::ordered_json::array();
+  std::vector<CoreRun> cores_;
   void say(const std::string& text) const { note(common_, "bench " + text); }
   const BenchArguments& a_;
   const Common& common_;
@@ -256,35 +234,47 @@ void print_table(const nlohmann::ordered_json& scenes, const std::vector<std::st
   }
 }
 
-void print_rtl(const nlohmann::ordered_json& rtl) {
-  for (const auto& run : rtl) {
-    std::fprintf(stderr,
-                 "%s, rtl %s: %.2f clocks/ray, %.3f steps/clock, %.1f bytes/ray, %s simulated clocks/s; hit rate node "
-                 "%.4f leaf %.4f triangle %.4f\n",
-                 run["scene"].get<std::string>().c_str(), run["config"].get<std::string>().c_str(),
-                 run["clocks_per_ray"].get<double>(), run["steps_per_clock"].get<double>(),
-                 run["bytes_per_ray"].get<double>(), with_unit(run["sim_clocks_per_s"].get<double>()).c_str(),
-                 run["hit_rate"]["node"].get<double>(), run["hit_rate"]["leaf"].get<double>(),
-                 run["hit_rate"]["triangle"].get<double>());
-    for (const auto& [name, unit] : run["units"].items())
-      std::fprintf(stderr, "  %-12s busy %5.1f %%  starved %5.1f %%  blocked %5.1f %%\n", name.c_str(),
-                   100 * unit["busy"].get<double>(), 100 * unit["starved"].get<double>(),
-                   100 * unit["blocked"].get<double>());
-  }
+nlohmann::ordered_json core_json(const Bench::CoreRun& run) {
+  nlohmann::ordered_json rates, units;
+  for (const auto& [name, rate] : run.report.hit_rates) rates[name] = rate;
+  for (const CoreReport::Unit& unit : run.report.units)
+    units[unit.name] = {{"busy", unit.busy}, {"starved", unit.starved}, {"blocked", unit.blocked}};
+  return {{"scene", run.scene},
+          {"config", run.report.configuration},
+          {"clocks_per_ray", run.clocks_per_ray()},
+          {"steps_per_clock", run.steps_per_clock()},
+          {"sim_clocks_per_s", run.report.clocks_per_second},
+          {"bytes_per_ray", run.bytes_per_ray()},
+          {"hit_rate", rates},
+          {"units", units}};
 }
 
-std::vector<PipelineRun> pipeline_runs(const nlohmann::ordered_json& rtl) {
+void print_core(const Bench::CoreRun& run) {
+  std::string rates;
+  for (const auto& [name, rate] : run.report.hit_rates) {
+    char text[64];
+    std::snprintf(text, sizeof text, " %s %.4f", name.c_str(), rate);
+    rates += text;
+  }
+  std::fprintf(
+      stderr, "%s, %s %s: %.2f clocks/ray, %.3f steps/clock, %.1f bytes/ray, %s simulated clocks/s; hit rate%s\n",
+      run.scene.c_str(), run.engine.c_str(), run.report.configuration.c_str(), run.clocks_per_ray(),
+      run.steps_per_clock(), run.bytes_per_ray(), with_unit(run.report.clocks_per_second).c_str(), rates.c_str());
+  for (const CoreReport::Unit& unit : run.report.units)
+    std::fprintf(stderr, "  %-12s busy %5.1f %%  starved %5.1f %%  blocked %5.1f %%\n", unit.name.c_str(),
+                 100 * unit.busy, 100 * unit.starved, 100 * unit.blocked);
+}
+
+std::vector<PipelineRun> pipeline_runs(const std::vector<Bench::CoreRun>& cores) {
   std::vector<PipelineRun> runs;
-  for (const auto& run : rtl) {
+  for (const Bench::CoreRun& run : cores) {
     char text[96];
-    std::snprintf(text, sizeof text, ": %.2f clocks/ray, %.3f steps/clock, %.0f bytes/ray",
-                  run["clocks_per_ray"].get<double>(), run["steps_per_clock"].get<double>(),
-                  run["bytes_per_ray"].get<double>());
+    std::snprintf(text, sizeof text, ": %.2f clocks/ray, %.3f steps/clock, %.0f bytes/ray", run.clocks_per_ray(),
+                  run.steps_per_clock(), run.bytes_per_ray());
     PipelineRun& to = runs.emplace_back();
-    to.title = run["scene"].get<std::string>() + ", " + run["config"].get<std::string>() + text;
-    for (const auto& [name, unit] : run["units"].items())
-      to.units.push_back(
-          {name, unit["busy"].get<double>(), unit["starved"].get<double>(), unit["blocked"].get<double>()});
+    to.title = run.scene + ", " + run.report.configuration + text;
+    for (const CoreReport::Unit& unit : run.report.units)
+      to.units.push_back({unit.name, unit.busy, unit.starved, unit.blocked});
   }
   return runs;
 }
@@ -301,7 +291,7 @@ void run_bench(BenchArguments& a, const Common& common) {
   OutputFiles files;
   OutputFile* pipeline = nullptr;
   if (!a.pipeline.empty()) {
-    if (std::none_of(a.engines.begin(), a.engines.end(), [](const auto& e) { return find_engine(e).name == "rtl"; }))
+    if (std::none_of(a.engines.begin(), a.engines.end(), [](const auto& e) { return bool(find_engine(e).report); }))
       throw UsageError("--pipeline shows the units of the RTL core: it needs --engine rtl");
     is_linear_format(a.pipeline);
     for (const std::string& scene : a.scenes) files.reads(scene);
@@ -310,14 +300,14 @@ void run_bench(BenchArguments& a, const Common& common) {
   Bench bench(a, common);
   nlohmann::ordered_json scenes = nlohmann::ordered_json::array();
   for (const std::string& scene : a.scenes) scenes.push_back(bench.measure(scene));
-  print_rtl(bench.rtl());
+  for (const Bench::CoreRun& run : bench.cores()) print_core(run);
   if (pipeline != nullptr) {
-    write_raster(*pipeline, pipeline_view(pipeline_runs(bench.rtl())));
+    write_raster(*pipeline, pipeline_view(pipeline_runs(bench.cores())));
     files.commit();
   }
   if (a.json) {
     nlohmann::ordered_json json = {{"scenes", scenes}};
-    if (!bench.rtl().empty()) json["rtl"] = bench.rtl();
+    for (const Bench::CoreRun& run : bench.cores()) json[run.engine].push_back(core_json(run));
     std::printf("%s\n", json.dump(2).c_str());
   } else {
     print_table(scenes, a.engines);

@@ -10,11 +10,11 @@
 #include <memory>
 
 #include "golden/compare/compare.hpp"
+#include "golden/engine/registry.hpp"
 #include "golden/render/renderer.hpp"
 #include "golden/render/sampling.hpp"
 #include "golden/render/tonemap.hpp"
 #include "testbench/program/commands.hpp"
-#include "testbench/program/engines.hpp"
 #include "testbench/program/progress.hpp"
 
 namespace retrace::cli {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "golden/engine/registry.hpp"
 #include "testbench/program/commands.hpp"
-#include "testbench/program/engines.hpp"
 #include "testbench/program/progress.hpp"
 
 namespace retrace::cli {

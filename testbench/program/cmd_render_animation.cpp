@@ -15,11 +15,11 @@
 #include <sstream>
 
 #include "golden/accel/two_level.hpp"
+#include "golden/engine/registry.hpp"
 #include "golden/gltf/gltf_loader.hpp"
 #include "golden/tree/kd_builder.hpp"
 #include "testbench/program/child.hpp"
 #include "testbench/program/cmd_render.hpp"
-#include "testbench/program/engines.hpp"
 #include "testbench/program/progress.hpp"
 
 namespace retrace::cli {
@@ -160,7 +160,7 @@ bool has_camera(const Scene& scene) {
 }  // namespace
 
 void run_animation(RenderArguments& a, const Common& common) {
-  const bool two_level = a.structure == "two-level", golden = a.engine == "golden";
+  const bool two_level = a.structure == "two-level", golden = find_engine(a.engine).two_level;
   if (two_level && !golden)
     throw UsageError("engine " + a.engine + " walks one tree: --structure one-tree, or --engine golden");
   if (two_level && a.chose_walk)

@@ -5,10 +5,10 @@
 #include <memory>
 
 #include "golden/base/output_file.hpp"
+#include "golden/engine/registry.hpp"
 #include "golden/render/renderer.hpp"
 #include "golden/render/surface.hpp"
 #include "testbench/program/commands.hpp"
-#include "testbench/program/engines.hpp"
 #include "testbench/program/npy.hpp"
 #include "testbench/program/progress.hpp"
 

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "golden/base/interrupt.hpp"
+#include "golden/engine/registry.hpp"
 #include "testbench/lab/lab.hpp"
 #include "testbench/program/commands.hpp"
 
@@ -58,6 +59,7 @@ int run(int argc, const char* const* argv) {
       "'retrace COMMAND --help' explains each command with examples.\n"
       "Exit codes: 0 done, 1 error (or a violation found by compare), 2 wrong usage.");
   app.set_version_flag("--version", "retrace " RETRACE_VERSION);
+  register_engines();
   add_render(app, program);
   add_compare(app, program);
   add_trace(app, program);

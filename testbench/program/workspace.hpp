@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "golden/base/clock.hpp"
+#include "golden/base/text.hpp"
 #include "golden/engine/engine.hpp"
 #include "golden/scene/geometry.hpp"
 #include "golden/scene/scene.hpp"
@@ -52,9 +53,6 @@ struct Size {
 /// "WxH" with both in 1..16384. Throws UsageError.
 Size parse_size(const std::string& text);
 
-std::string with_commas(std::uint64_t value);
-/// 1234567 -> "1.23 M".
-std::string with_unit(double value);
 /// Notes on standard error: "retrace: note".
 void note(const Common& common, const std::string& text);
 

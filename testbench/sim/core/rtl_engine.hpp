@@ -35,9 +35,8 @@ class RtlEngine : public Engine {
   virtual std::array<std::uint64_t, cosim::kReadSources.size()> read_bytes_by_source() const = 0;
   /// Of the last run.
   virtual cosim::CoreStatus status() const = 0;
-  /// The rays of trace() are an image with rows of so many; lets the core visit them in tiles. 0, the default: one after the other. Hits do not
-  /// depend on it. Rays marked outside leave gaps, and what is left has no rows: it is handed over in tiles.
-  virtual void set_ray_row(std::uint32_t rays) = 0;
+  /// Lets the core visit the rays in tiles. Rays marked outside leave gaps, and what is left has no rows: it is handed over in tiles.
+  void set_ray_row(std::uint32_t rays) override = 0;
   /// Clocks simulated and the seconds they took.
   virtual std::uint64_t simulated_clocks() const = 0;
   virtual double simulation_seconds() const = 0;

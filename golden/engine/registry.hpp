@@ -1,18 +1,34 @@
-// The engines that the program knows, by name. A new engine is one entry in engines.cpp: its name, what it can do, options of its own and
-// how it is made; every subcommand then takes it.
+// The engines of a program, by name. Each registers from its own folder: retrace_register_engine(<library> <function>) in its CMakeLists.txt
+// names a function that returns its EngineKind, and retrace_engine_list(<target>) gives a program all of them. Every subcommand then takes it.
 #pragma once
 #include <functional>
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
+#include <vector>
 
-#include "golden/engine/engine.hpp"
+#include "engine.hpp"
 
 namespace CLI {
 class App;
 }
 
-namespace retrace::cli {
+namespace retrace {
+
+/// Where the clocks of a core have gone so far.
+struct CoreReport {
+  struct Unit {
+    std::string name;
+    double busy = 0, starved = 0, blocked = 0;  ///< shares of its clocks
+  };
+  std::string configuration;
+  std::uint64_t rays = 0, clocks = 0, steps = 0, bytes = 0;  ///< node steps; bytes read and written
+  double seconds = 0;                                        ///< of the runs
+  double clocks_per_second = 0;                              ///< simulated, those between the runs included
+  std::vector<std::pair<std::string, double>> hit_rates;
+  std::vector<Unit> units;
+};
 
 struct EngineKind {
   std::string name;
@@ -21,16 +37,26 @@ struct EngineKind {
   bool takes_argument = false;  ///< written name:argument, say a device
   bool stack = false;           ///< knows WayUp::kStack
   bool any_mailbox = false;     ///< takes a mailbox of any size; otherwise none or the kernel's
+  bool two_level = false;       ///< its arithmetic is that of golden/accel, which has the two-level structure
+  bool counts_work = true;      ///< knows the work of each ray
   std::function<void(CLI::App&)> add_options;  ///< may be empty
-  bool counts_work = true;                     ///< knows the work of each ray
   /// What it did so far, one line for people. May be empty.
   std::function<std::string(const Engine&)> summary;
+  /// Where its clocks went. Empty for what has none.
+  std::function<CoreReport(const Engine&)> report;
   /// Throws UsageError if the options or the argument cannot be meant; before anything is loaded. May be empty.
   std::function<void(const std::string& argument)> check;
   /// `scene` and `image` outlive the engine.
   std::function<std::unique_ptr<Engine>(const GridScene& scene, const MemoryImage& image, const std::string& argument)>
       make;
 };
+
+/// Throws std::logic_error if there is one of that name.
+void register_engine(EngineKind kind);
+/// An engine that the build left out, and what brings it in.
+void register_absent_engine(const std::string& name, const std::string& remedy);
+/// Registers what the build has. Generated for each program (retrace_engine_list).
+void register_engines();
 
 std::span<const EngineKind> engine_kinds();
 /// The kind that "name" or "name:argument" means. Throws UsageError that lists the known ones.
@@ -47,4 +73,4 @@ WayUp parse_way_up(const std::string& name);
 const char* to_string(WayUp way_up);
 inline constexpr const char* kWayUpNames[] = {"stack", "parent", "face"};
 
-}  // namespace retrace::cli
+}  // namespace retrace

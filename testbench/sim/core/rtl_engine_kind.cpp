@@ -1,5 +1,5 @@
-// The engine `rtl` for the program's table of engines (testbench/program/engines.cpp): its name, its options, how it is made.
-#pragma once
+// The engine `rtl` as a program finds it: its name, its options, how it is made.
+#include <algorithm>
 #include <charconv>
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -7,15 +7,16 @@
 #include <string>
 #include <string_view>
 
-#include "testbench/program/engines.hpp"
-#include "testbench/program/workspace.hpp"
+#include "golden/base/text.hpp"
+#include "golden/engine/registry.hpp"
 #include "testbench/sim/core/rtl_engine.hpp"
 
-namespace retrace::cli {
+namespace retrace {
+namespace {
 
 /// Comma-separated KEY=VALUE: latency=CLOCKS or latency=FROM-TO (drawn for each burst, and answers are mixed), bytes=BYTES a clock. Throws
 /// UsageError.
-inline cosim::MemoryOptions parse_memory(const std::string& text) {
+cosim::MemoryOptions parse_memory(const std::string& text) {
   const auto refuse = [&]() -> UsageError {
     return UsageError(
         "--memory takes latency=CLOCKS or latency=FROM-TO with 1 to 100000 clocks, and bytes=BYTES a clock from 0.1 to "
@@ -55,7 +56,7 @@ inline cosim::MemoryOptions parse_memory(const std::string& text) {
 }
 
 /// Throws UsageError that lists the configurations that were built.
-inline void check_configuration(const std::string& name) {
+void check_configuration(const std::string& name) {
   std::string known;
   for (const std::string& each : cosim::core_configurations()) {
     if (each == name) return;
@@ -64,7 +65,38 @@ inline void check_configuration(const std::string& name) {
   throw UsageError("there is no configuration '" + name + "' of the RTL core; built are: " + known);
 }
 
-inline EngineKind rtl_engine_kind() {
+double hit_rate(std::uint64_t hits, std::uint64_t misses) {
+  // Whoever misses looks up again and hits, so every access is a hit in the end; a miss is a line that was fetched.
+  return hits == 0 ? 1.0 : 1.0 - static_cast<double>(misses) / static_cast<double>(hits);
+}
+
+CoreReport report_of(const Engine& engine) {
+  const auto& rtl = dynamic_cast<const RtlEngine&>(engine);
+  const cosim::CoreCounters& c = rtl.counters();
+  const auto unit = [](const char* name, const cosim::UnitClocks& u) -> CoreReport::Unit {
+    const auto all = static_cast<double>(std::max<std::uint64_t>(u.busy + u.starved + u.blocked, 1));
+    return {name, static_cast<double>(u.busy) / all, static_cast<double>(u.starved) / all,
+            static_cast<double>(u.blocked) / all};
+  };
+  CoreReport report;
+  report.configuration = rtl.configuration();
+  report.rays = c.rays;
+  report.clocks = c.clocks;
+  report.steps = c.node_steps();
+  report.bytes = (c.read_beats + c.write_beats) * static_cast<std::uint64_t>(rtl.identity().data_bytes);
+  report.seconds = rtl.simulation_seconds();
+  report.clocks_per_second = static_cast<double>(rtl.simulated_clocks()) / report.seconds;
+  report.hit_rates = {{"node", hit_rate(c.node_hits, c.node_misses)},
+                      {"leaf", hit_rate(c.leaf_hits, c.leaf_misses)},
+                      {"triangle", hit_rate(c.triangle_hits, c.triangle_misses)}};
+  report.units = {unit("lanes", c.lanes), unit("leaf_unit", c.leaf_unit), unit("references", c.references),
+                  unit("tri_test", c.tri_test), unit("bus", c.bus)};
+  return report;
+}
+
+}  // namespace
+
+EngineKind rtl_engine_kind() {
   struct Options {
     RtlOptions rtl;
     std::string memory = "latency=40";
@@ -84,6 +116,7 @@ inline EngineKind rtl_engine_kind() {
            with_unit(rtl.simulation_seconds() > 0 ? double(rtl.simulated_clocks()) / rtl.simulation_seconds() : 0.0) +
            " simulated clocks/s";
   };
+  kind.report = report_of;
   kind.add_options = [options](CLI::App& command) {
     command.add_option("--config", options->rtl.configuration, "Configuration of the RTL core")
         ->capture_default_str()
@@ -113,4 +146,4 @@ inline EngineKind rtl_engine_kind() {
   return kind;
 }
 
-}  // namespace retrace::cli
+}  // namespace retrace

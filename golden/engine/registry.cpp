@@ -1,44 +1,20 @@
-// Table of engines, see engines.hpp.
-#include "testbench/program/engines.hpp"
+// The registry of engines, see registry.hpp.
+#include "registry.hpp"
 
-#include <CLI/CLI.hpp>
-#include <vector>
+#include <algorithm>
+#include <stdexcept>
 
-#include "testbench/csim/csim_engine.hpp"
-#include "testbench/program/workspace.hpp"
-#ifdef RETRACE_RTL
-#include "testbench/driver/serial_engine_kind.hpp"
-#include "testbench/sim/core/rtl_engine_kind.hpp"
-#endif
-
-namespace retrace::cli {
+namespace retrace {
 namespace {
 
-std::vector<EngineKind> make_table() {
-  std::vector<EngineKind> table;
-  EngineKind golden;
-  golden.name = "golden";
-  golden.help = "double precision on all cores: what is true";
-  golden.fixed_point = false;
-  golden.stack = true;
-  golden.any_mailbox = true;
-  golden.make = [](const GridScene& scene, const MemoryImage& image, const std::string&) -> std::unique_ptr<Engine> {
-    return make_golden_engine(scene, image);
-  };
-  table.push_back(golden);
+struct Registry {
+  std::vector<EngineKind> kinds;
+  std::vector<std::pair<std::string, std::string>> absent;  // name, remedy
+};
 
-  EngineKind csim;
-  csim.name = "csim";
-  csim.help = "the fixed-point HLS kernel in C simulation, on all cores";
-  csim.make = [](const GridScene&, const MemoryImage& image, const std::string&) -> std::unique_ptr<Engine> {
-    return make_csim_engine(image);
-  };
-  table.push_back(csim);
-#ifdef RETRACE_RTL
-  table.push_back(rtl_engine_kind());
-  table.push_back(serial_engine_kind());
-#endif
-  return table;
+Registry& registry() {
+  static Registry all;
+  return all;
 }
 
 std::string name_of(const std::string& specification) { return specification.substr(0, specification.find(':')); }
@@ -49,10 +25,18 @@ std::string argument_of(const std::string& specification) {
 
 }  // namespace
 
-std::span<const EngineKind> engine_kinds() {
-  static const std::vector<EngineKind> table = make_table();
-  return table;
+void register_engine(EngineKind kind) {
+  std::vector<EngineKind>& kinds = registry().kinds;
+  if (std::any_of(kinds.begin(), kinds.end(), [&](const EngineKind& other) { return other.name == kind.name; }))
+    throw std::logic_error("two engines are registered as '" + kind.name + "'");
+  kinds.push_back(std::move(kind));
 }
+
+void register_absent_engine(const std::string& name, const std::string& remedy) {
+  registry().absent.emplace_back(name, remedy);
+}
+
+std::span<const EngineKind> engine_kinds() { return registry().kinds; }
 
 const EngineKind& find_engine(const std::string& specification) {
   const std::string name = name_of(specification);
@@ -66,10 +50,8 @@ const EngineKind& find_engine(const std::string& specification) {
     }
     known += (known.empty() ? "" : ", ") + kind.name;
   }
-#ifndef RETRACE_RTL
-  if (name == "rtl" || name == "serial")
-    throw UsageError("this program was built without the RTL core: configure with -DRETRACE_RTL=ON for engine " + name);
-#endif
+  for (const auto& [absent, remedy] : registry().absent)
+    if (absent == name) throw UsageError("this program was built without engine " + name + ": " + remedy);
   throw UsageError("there is no engine '" + name + "'; there are: " + known);
 }
 
@@ -85,8 +67,9 @@ void check_options(const std::string& specification, const TraceOptions& options
   if (options.way_up == WayUp::kStack && !kind.stack) {
     throw UsageError("engine " + kind.name + " has no stack: --way-up parent or face");
   }
-  if (!kind.any_mailbox && options.mailbox != 0 && options.mailbox != kCsimMailbox) {
-    throw UsageError("engine " + kind.name + " has a mailbox of " + std::to_string(kCsimMailbox) + " entries or none");
+  if (!kind.any_mailbox && options.mailbox != 0 && options.mailbox != kKernelMailbox) {
+    throw UsageError("engine " + kind.name + " has a mailbox of " + std::to_string(kKernelMailbox) +
+                     " entries or none");
   }
 }
 
@@ -114,4 +97,4 @@ WayUp parse_way_up(const std::string& name) {
 
 const char* to_string(WayUp way_up) { return kWayUpNames[static_cast<int>(way_up)]; }
 
-}  // namespace retrace::cli
+}  // namespace retrace

@@ -1,17 +1,16 @@
-// The engine `serial` for the program's table of engines (testbench/program/engines.cpp): its name, its options, how it is made.
-#pragma once
+// The engine `serial` as a program finds it: its name, its options, how it is made.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
 #include <string>
 
+#include "golden/base/text.hpp"
+#include "golden/engine/registry.hpp"
 #include "testbench/driver/serial_engine.hpp"
-#include "testbench/program/engines.hpp"
-#include "testbench/program/workspace.hpp"
 
-namespace retrace::cli {
+namespace retrace {
 
-inline EngineKind serial_engine_kind() {
+EngineKind serial_engine_kind() {
   auto options = std::make_shared<SerialOptions>();
   EngineKind kind;
   kind.name = "serial";
@@ -48,4 +47,4 @@ inline EngineKind serial_engine_kind() {
   return kind;
 }
 
-}  // namespace retrace::cli
+}  // namespace retrace
