@@ -10,6 +10,7 @@
 #include <cstring>
 #include <mutex>
 
+#include "golden/engine/hit_codec.hpp"
 #include "golden/engine/registry.hpp"
 #include "hls/top/trace.hpp"
 
@@ -49,15 +50,15 @@ class Simulation final : public CsimEngine {
     if (options.mailbox != 0 && options.mailbox != kCsimMailbox)
       throw Error("csim engine: the kernel's mailbox has " + std::to_string(kCsimMailbox) +
                   " entries, or 0 to leave it off");
-    raw_hits_.assign(2 * rays.size(), 0);
+    raw_hits_.assign(kHitWords * rays.size(), 0);
     tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
     arena.execute([&] {
       tbb::parallel_for(
           tbb::blocked_range<std::size_t>(0, rays.size(), kBlock),
           [&](const auto& range) {
             run_block(rays.subspan(range.begin(), range.size()), hits.subspan(range.begin(), range.size()),
-                      work.empty() ? work : work.subspan(range.begin(), range.size()), &raw_hits_[2 * range.begin()],
-                      options);
+                      work.empty() ? work : work.subspan(range.begin(), range.size()),
+                      std::span(raw_hits_).subspan(kHitWords * range.begin(), kHitWords * range.size()), options);
             if (options.done) *options.done += range.size();
           },
           tbb::simple_partitioner());
@@ -65,15 +66,13 @@ class Simulation final : public CsimEngine {
   }
 
  private:
-  void run_block(std::span<const GridRay> rays, std::span<Hit> hits, std::span<RayWork> work, std::uint64_t* raw,
-                 const TraceOptions& options) {
-    std::vector<std::size_t> inside;
-    for (std::size_t i = 0; i < rays.size(); ++i)
-      if (!rays[i].outside) inside.push_back(i);
-    constexpr std::size_t kRayWords64 = contract::RayRecord::kWords;
-    std::vector<std::uint64_t> ray_words(kRayWords64 * inside.size() + 1), hit_words(2 * inside.size() + 2),
-        work_words(2 * inside.size() + 2);
-    for (std::size_t i = 0; i < inside.size(); ++i) rays[inside[i]].record.pack(&ray_words[kRayWords64 * i]);
+  void run_block(std::span<const GridRay> rays, std::span<Hit> hits, std::span<RayWork> work,
+                 std::span<std::uint64_t> raw, const TraceOptions& options) {
+    const std::vector<std::size_t> inside = rays_inside(rays);
+    std::vector<std::uint64_t> ray_words = pack_rays(rays, inside);
+    // One record more than there are rays, so that there is something to point at.
+    ray_words.resize(ray_words.size() + kRayWords);
+    std::vector<std::uint64_t> hit_words(kHitWords * (inside.size() + 1)), work_words(kWorkWords * (inside.size() + 1));
 
     const auto* image = reinterpret_cast<const word_t*>(image_.data());
     std::array<ap_uint<64>, kSummaryWords> summary;
@@ -91,20 +90,8 @@ class Simulation final : public CsimEngine {
 
     std::fill(hits.begin(), hits.end(), Hit{});
     std::fill(work.begin(), work.end(), RayWork{});
-    for (std::size_t i = 0; i < inside.size(); ++i) {
-      const auto record = contract::HitRecord::unpack(&hit_words[2 * i]);
-      std::copy_n(&hit_words[2 * i], 2, raw + 2 * inside[i]);
-      Hit& hit = hits[inside[i]];
-      hit.status = record.status;
-      hit.id = record.id;
-      hit.t = record.t * (1.0 / (1 << contract::kTLimitFrac));
-      hit.u = record.u * (1.0 / (1 << contract::kBarycentricFrac));
-      hit.v = record.v * (1.0 / (1 << contract::kBarycentricFrac));
-      if (!work.empty()) {
-        const auto count = contract::WorkRecord::unpack(&work_words[2 * i]);
-        work[inside[i]] = {count.down, count.up, count.leaf, count.tests, count.skipped};
-      }
-    }
+    unpack_hits(hit_words, inside, hits, raw);
+    if (!work.empty()) unpack_work(work_words, inside, work);
     const std::scoped_lock lock(mutex_);
     const auto total = [&](int word) { return static_cast<std::uint64_t>(summary[word].to_uint64()); };
     totals_.rays += total(kSummaryRays);

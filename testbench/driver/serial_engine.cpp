@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "golden/engine/hit_codec.hpp"
 #include "golden/scene/geometry.hpp"
 #include "hls/include/contract.hpp"
 
@@ -49,7 +50,7 @@ class Board final : public SerialEngine {
     if (options.mailbox != 0 && options.mailbox != driver_.identity().mail_entries)
       throw Error("serial engine: the mailbox of the board's core has " +
                   std::to_string(driver_.identity().mail_entries) + " entries, or 0 to leave it off");
-    raw_hits_.assign(2 * rays.size(), 0);
+    raw_hits_.assign(kHitWords * rays.size(), 0);
     std::fill(hits.begin(), hits.end(), Hit{});
     std::vector<std::size_t> batch;
     for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -69,9 +70,8 @@ class Board final : public SerialEngine {
  private:
   void run(std::span<const GridRay> rays, const std::vector<std::size_t>& batch, std::span<Hit> hits,
            const TraceOptions& options) {
-    constexpr std::size_t kRayWords = contract::RayRecord::kWords;
-    std::vector<std::uint64_t> ray_words(kRayWords * batch.size()), hit_words(2 * batch.size());
-    for (std::size_t i = 0; i < batch.size(); ++i) rays[batch[i]].record.pack(&ray_words[kRayWords * i]);
+    const std::vector<std::uint64_t> ray_words = pack_rays(rays, batch);
+    std::vector<std::uint64_t> hit_words(kHitWords * batch.size());
     cosim::CoreMode mode;
     mode.parent_links = options.way_up == WayUp::kParentLinks;
     mode.mailbox = options.mailbox != 0;
@@ -93,18 +93,10 @@ class Board final : public SerialEngine {
                   std::to_string(batch.size()));
     counters_.add(counters);
     driver_.hits(hit_words);
-    for (std::size_t i = 0; i < batch.size(); ++i) {
+    for (std::size_t i = 0; i < batch.size(); ++i)
       if (hit_words[2 * i] == cosim::CoreDriver::kUnwritten && hit_words[2 * i + 1] == cosim::CoreDriver::kUnwritten)
         throw Error("serial engine: the core has not written the hit of ray " + std::to_string(i));
-      std::copy_n(&hit_words[2 * i], 2, &raw_hits_[2 * batch[i]]);
-      const auto record = contract::HitRecord::unpack(&hit_words[2 * i]);
-      Hit& hit = hits[batch[i]];
-      hit.status = record.status;
-      hit.id = record.id;
-      hit.t = record.t * (1.0 / (1 << contract::kTLimitFrac));
-      hit.u = record.u * (1.0 / (1 << contract::kBarycentricFrac));
-      hit.v = record.v * (1.0 / (1 << contract::kBarycentricFrac));
-    }
+    unpack_hits(hit_words, batch, hits, raw_hits_);
     ++runs_;
     if (options.done) *options.done += batch.size();
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "golden/base/clock.hpp"
+#include "golden/engine/hit_codec.hpp"
 #include "testbench/sim/core/simulated_device.hpp"
 
 namespace retrace {
@@ -13,16 +14,12 @@ namespace {
 /// has rows. Where rays are missing, what is left has no rows; then the list itself is in the tiles of rtl/top/rt_ray_source.sv.
 std::vector<std::size_t> rays_to_submit(std::span<const GridRay> rays, std::size_t row) {
   constexpr std::size_t kTileWidth = 4, kTileHeight = 64;
-  const bool complete = std::none_of(rays.begin(), rays.end(), [](const GridRay& r) { return r.outside; });
-  std::vector<std::size_t> order;
-  order.reserve(rays.size());
+  std::vector<std::size_t> order = rays_inside(rays);
+  if (order.size() == rays.size() || row == 0) return order;
+  order.clear();
   const auto add = [&](std::size_t i) {
     if (i < rays.size() && !rays[i].outside) order.push_back(i);
   };
-  if (complete || row == 0) {
-    for (std::size_t i = 0; i < rays.size(); ++i) add(i);
-    return order;
-  }
   for (std::size_t band = 0; band < rays.size(); band += kTileHeight * row)
     for (std::size_t column = 0; column < row; column += kTileWidth)
       for (std::size_t line = 0; line < kTileHeight; ++line)
@@ -62,9 +59,8 @@ class Simulation final : public RtlEngine {
       throw Error("rtl engine: the mailbox of this configuration has " +
                   std::to_string(driver_.identity().mail_entries) + " entries, or 0 to leave it off");
     const std::vector<std::size_t> inside = rays_to_submit(rays, options_.ray_row);
-    constexpr std::size_t kRayWords = contract::RayRecord::kWords;
-    std::vector<std::uint64_t> ray_words(kRayWords * inside.size()), hit_words(2 * inside.size());
-    for (std::size_t i = 0; i < inside.size(); ++i) rays[inside[i]].record.pack(&ray_words[kRayWords * i]);
+    const std::vector<std::uint64_t> ray_words = pack_rays(rays, inside);
+    std::vector<std::uint64_t> hit_words(kHitWords * inside.size());
 
     const double begin = now();
     if (inside.size() > room_ || room_ == 0) {
@@ -93,18 +89,9 @@ class Simulation final : public RtlEngine {
                                       "the memory answered with an error for the header"};
       throw Error(std::string("rtl engine: ") + kWhy[status_.image_fault]);
     }
-    raw_hits_.assign(2 * rays.size(), 0);
+    raw_hits_.assign(kHitWords * rays.size(), 0);
     std::fill(hits.begin(), hits.end(), Hit{});
-    for (std::size_t i = 0; i < inside.size(); ++i) {
-      std::copy_n(&hit_words[2 * i], 2, &raw_hits_[2 * inside[i]]);
-      const auto record = contract::HitRecord::unpack(&hit_words[2 * i]);
-      Hit& hit = hits[inside[i]];
-      hit.status = record.status;
-      hit.id = record.id;
-      hit.t = record.t * (1.0 / (1 << contract::kTLimitFrac));
-      hit.u = record.u * (1.0 / (1 << contract::kBarycentricFrac));
-      hit.v = record.v * (1.0 / (1 << contract::kBarycentricFrac));
-    }
+    unpack_hits(hit_words, inside, hits, raw_hits_);
   }
 
  private:
