@@ -42,10 +42,9 @@ KdTree::KdTree(const MemoryImage& image, const TriangleSet& set) {
   }
   for (std::uint32_t i = 0; i < header.triangle_count; ++i) {
     const std::uint32_t id = image.triangle(i).id;
-    const auto it = std::lower_bound(set.triangles.begin(), set.triangles.end(), id,
-                                     [](const Triangle& t, std::uint32_t x) { return t.id < x; });
-    if (it == set.triangles.end() || it->id != id) throw Error("kd-tree: the image is of another scene");
-    triangles_.push_back(*it);
+    const Triangle* triangle = find_triangle(set.triangles, id);
+    if (triangle == nullptr) throw Error("kd-tree: the image is of another scene");
+    triangles_.push_back(*triangle);
   }
   node_boxes_.resize(nodes_.size(), box_);
   std::vector<std::uint32_t> todo{0};

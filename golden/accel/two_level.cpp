@@ -282,11 +282,9 @@ bool TwoLevel::test(const Ray& ray, std::uint32_t id, Probe& probe, Hit& best) c
     local = static_cast<std::uint32_t>(std::lower_bound(object.ids.begin(), object.ids.end(), id) - object.ids.begin());
   // Triangles without area on the object's grid are not in its set.
   const auto& triangles = object.set.triangles;
-  const auto found = object.dropped == 0 && local < triangles.size()
-                         ? triangles.begin() + local
-                         : std::lower_bound(triangles.begin(), triangles.end(), local,
-                                            [](const Triangle& t, std::uint32_t x) { return t.id < x; });
-  if (found == triangles.end() || found->id != local) return false;
+  const Triangle* found =
+      object.dropped == 0 && local < triangles.size() ? &triangles[local] : find_triangle(triangles, local);
+  if (found == nullptr || found->id != local) return false;
   ++probe.work.tests;
   const Ray inside = into(instance, ray, best.t);
   Hit hit = no_hit(inside);
@@ -411,12 +409,11 @@ class WorldEngine final : public Engine {
     const Hit hit = scene_.trace(world, probe);
     retrace::Hit out;
     if (!hit.hit()) return out;
-    const auto it = std::lower_bound(grid_.triangles.begin(), grid_.triangles.end(), hit.id,
-                                     [](const GridTriangle& t, std::uint32_t x) { return t.id < x; });
+    const GridTriangle* triangle = find_triangle(grid_.triangles, hit.id);
     // A triangle that has no area on the grid of the whole scene cannot be shaded; golden does not see it either.
-    if (it == grid_.triangles.end() || it->id != hit.id) return out;
+    if (triangle == nullptr) return out;
     std::array<int, 3> order;
-    make_unit_triangle(*it, &order);
+    make_unit_triangle(*triangle, &order);
     const double file[3] = {1.0 - hit.u - hit.v, hit.u, hit.v};
     out.status = contract::kStatusHit;
     out.id = hit.id, out.t = hit.t;

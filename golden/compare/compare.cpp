@@ -118,14 +118,6 @@ ExactIntersection intersect_exactly(const contract::RayRecord& ray, const GridTr
 
 Comparator::Comparator(const GridScene& scene) : scene_(scene) {}
 
-const GridTriangle* Comparator::find(std::uint32_t id) const {
-  const auto& list = scene_.triangles;
-  const auto it = std::lower_bound(list.begin(), list.end(), id, [](const GridTriangle& triangle, std::uint32_t value) {
-    return triangle.id < value;
-  });
-  return it != list.end() && it->id == id ? &*it : nullptr;
-}
-
 bool Comparator::solid_in_front(const contract::RayRecord& ray, double t, double bound) const {
   const Real d{double(ray.direction[0]), double(ray.direction[1]), double(ray.direction[2])};
   const Real o{double(ray.origin[0]), double(ray.origin[1]), double(ray.origin[2])};
@@ -160,8 +152,8 @@ Verdict Comparator::compare(const GridRay& ray, const Hit& golden, const Hit& fi
   if (ray.outside) return violation("a ray outside the root box was hit");
   const double t_max = t_limit(ray.record);
   Judged g, f;
-  if (golden.hit()) g = judge_report(ray.record, golden, find(golden.id), t_max);
-  if (fixed.hit()) f = judge_report(ray.record, fixed, find(fixed.id), t_max);
+  if (golden.hit()) g = judge_report(ray.record, golden, find_triangle(scene_.triangles, golden.id), t_max);
+  if (fixed.hit()) f = judge_report(ray.record, fixed, find_triangle(scene_.triangles, fixed.id), t_max);
   Verdict verdict;
   if (g.wrong || f.wrong) {
     verdict = violation(g.wrong ? g.wrong : f.wrong);

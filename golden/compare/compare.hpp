@@ -85,7 +85,6 @@ class Comparator {
   Verdict closest(const contract::RayRecord& ray, const Judged* golden, const Judged* fixed) const;
   /// Only one engine, golden or the other, found an occluder.
   Verdict any(const contract::RayRecord& ray, const Judged& only, bool golden) const;
-  const GridTriangle* find(std::uint32_t id) const;
   /// Whether a triangle lies in front of `t` by more than the bounds, well inside its edges, so that no engine may overlook it.
   bool solid_in_front(const contract::RayRecord& ray, double t, double bound) const;
 

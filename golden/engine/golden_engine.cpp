@@ -92,9 +92,8 @@ class GoldenEngine final : public Engine {
     triangles_.reserve(header.triangle_count);
     for (std::uint32_t i = 0; i < header.triangle_count; ++i) {
       const std::uint32_t id = image.triangle(i).id;
-      const auto found = std::lower_bound(scene.triangles.begin(), scene.triangles.end(), id,
-                                          [](const GridTriangle& a, std::uint32_t b) { return a.id < b; });
-      if (found == scene.triangles.end() || found->id != id)
+      const GridTriangle* found = find_triangle(scene.triangles, id);
+      if (found == nullptr)
         throw Error("golden engine: triangle " + std::to_string(id) + " of the image is not in the scene");
       std::array<int, 3> order;
       make_unit_triangle(*found, &order);

@@ -1,6 +1,7 @@
 // From a scene to what is traced: world triangles (flatten), and their snapping to the position grid, once (snap).
 // Golden, hls and rtl all trace the snapped triangles. Number contract: scripts/contract/contract.toml.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -54,6 +55,13 @@ struct GridScene {
   std::uint32_t degenerate = 0;         ///< how many were dropped
   std::array<std::int32_t, 6> box{};    ///< root box by face (x lower, x upper, ...): box of the triangles and kBoxPad
 };
+
+/// The triangle of that id, or nullptr. `triangles` stand by ascending id, as in GridScene; ids may be missing.
+template <class Triangles>
+auto find_triangle(const Triangles& triangles, std::uint32_t id) {
+  const auto found = std::ranges::lower_bound(triangles, id, {}, [](const auto& triangle) { return triangle.id; });
+  return found != std::ranges::end(triangles) && found->id == id ? &*found : nullptr;
+}
 
 /// Scales uniformly so that the padded box lies inside [-1, 1]^3 and rounds every vertex to the grid, ties up.
 /// With no triangle left the box is a small one about the centre.

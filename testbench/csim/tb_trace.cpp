@@ -39,9 +39,7 @@ bool agree(const contract::RayRecord& ray, const Hit& hit, const BruteForce::Res
 
 /// Does the ray truly meet the triangle, in exact integers?
 bool truly_hits(const GridScene& scene, const contract::RayRecord& ray, std::uint32_t id) {
-  const auto triangle = std::lower_bound(scene.triangles.begin(), scene.triangles.end(), id,
-                                         [](const GridTriangle& a, std::uint32_t b) { return a.id < b; });
-  const ExactIntersection exact = intersect_exactly(ray, *triangle);
+  const ExactIntersection exact = intersect_exactly(ray, *find_triangle(scene.triangles, id));
   return exact.inside && exact.t >= 0.0;
 }
 

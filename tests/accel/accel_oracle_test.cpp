@@ -128,13 +128,11 @@ void compare_with_embree(const EmbreeOracle& oracle, const TriangleSet& set, con
   const Triangle* theirs = index < 0 ? nullptr : &set.triangles[static_cast<std::size_t>(index)];
   const Triangle* ours = nullptr;
   if (hit.hit()) {
-    const auto found = std::lower_bound(set.triangles.begin(), set.triangles.end(), hit.id,
-                                        [](const Triangle& x, std::uint32_t id) { return x.id < id; });
-    if (found == set.triangles.end() || found->id != hit.id) {  // no area on this grid: all of it is edge
+    ours = find_triangle(set.triangles, hit.id);
+    if (ours == nullptr) {  // no area on this grid: all of it is edge
       ++count.edge;
       return;
     }
-    ours = &*found;
   }
   // The hit that one of them must have overlooked if they differ.
   const Triangle* nearer = ours && (!theirs || hit.t < t) ? ours : theirs;

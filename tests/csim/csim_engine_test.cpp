@@ -219,8 +219,7 @@ Hit walk_without_exit_distance(const GridScene& scene, const MemoryImage& image,
     const auto leaf = image.leaf(static_cast<std::size_t>(here[2]));
     for (std::uint32_t r = 0; r < leaf.count; ++r) {
       const auto id = image.triangle(image.reference(leaf, r)).id;
-      const auto triangle = std::lower_bound(scene.triangles.begin(), scene.triangles.end(), id,
-                                             [](const GridTriangle& a, std::uint32_t b) { return a.id < b; });
+      const GridTriangle* triangle = find_triangle(scene.triangles, id);
       std::array<int, 3> order;
       make_unit_triangle(*triangle, &order);
       golden::Candidate candidate;

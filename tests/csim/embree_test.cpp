@@ -93,10 +93,7 @@ TEST_P(EmbreeTest, same_hits_as_golden_outside_the_band) {
   std::vector<Hit> hits(rays.size());
   golden->trace(rays, hits, {}, {});
   std::size_t same = 0, band = 0;
-  const auto triangle_of = [&](std::uint32_t id) -> const GridTriangle& {
-    return *std::lower_bound(scene.triangles.begin(), scene.triangles.end(), id,
-                             [](const GridTriangle& a, std::uint32_t b) { return a.id < b; });
-  };
+  const auto triangle_of = [&](std::uint32_t id) -> const GridTriangle& { return *find_triangle(scene.triangles, id); };
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (rays[i].outside) continue;
     const auto& ray = rays[i].record;

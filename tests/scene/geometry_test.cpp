@@ -284,6 +284,14 @@ TEST(Snap, SameForAnyNumberOfThreads) {
   }
 }
 
+TEST(FindTriangle, IdsWithGaps) {
+  std::vector<GridTriangle> triangles;
+  EXPECT_EQ(find_triangle(triangles, 0), nullptr);
+  for (const std::uint32_t id : {1u, 2u, 5u, 0xfffffffeu}) triangles.push_back({{}, id});
+  for (const GridTriangle& t : triangles) EXPECT_EQ(find_triangle(triangles, t.id), &t);
+  for (const std::uint32_t id : {0u, 3u, 4u, 6u, 0xffffffffu}) EXPECT_EQ(find_triangle(triangles, id), nullptr) << id;
+}
+
 TEST(Snap, NonFiniteWorldDoesNotReachTheGrid) {
   // flatten() is the gate; this is what it guards against.
   Primitive p;
