@@ -11,7 +11,7 @@
 
 #include "csim_engine.hpp"
 #include "golden/compare/compare.hpp"
-#include "golden/tree/kd_builder.hpp"
+#include "golden/tree/traced_scene.hpp"
 #include "scenes/open_scene.hpp"
 #include "testbench/kit/brute_force.hpp"
 #include "testbench/kit/test_rays.hpp"
@@ -71,8 +71,9 @@ void report(const char* what, std::uint64_t seed, std::size_t index, const contr
 }
 
 int run(const char* name, std::uint64_t seed, std::size_t count) {
-  const GridScene scene = snap(flatten(open_scene(name)));
-  const MemoryImage image = build_kd(scene);
+  const TracedScene traced = prepare_scene(open_scene(name));
+  const GridScene& scene = traced.grid;
+  const MemoryImage& image = traced.image;
   image.check();
   auto csim = make_csim_engine(image);
   auto golden = make_golden_engine(scene, image);

@@ -12,7 +12,7 @@
 
 #include "csim_engine.hpp"
 #include "golden/render/view.hpp"
-#include "golden/tree/kd_builder.hpp"
+#include "golden/tree/traced_scene.hpp"
 #include "scenes/open_scene.hpp"
 #include "testbench/kit/closed_meshes.hpp"
 #include "testbench/kit/test_rays.hpp"
@@ -48,12 +48,12 @@ class Subject {
       origin_ = inside_closed_mesh;
       return;
     }
-    const Scene scene = open_scene(name);
-    const WorldTriangles world = flatten(scene);
-    grid = snap(world);
+    TracedScene traced = snap_scene(open_scene(name));
+    grid = std::move(traced.grid);
     if (grid.triangles.empty()) throw Error(name + ": no triangles");
     if (name.starts_with("room")) {
-      const glm::dvec3 eye = grid.transform.to_grid(default_view(scene, world).ray(0.5, 0.5, 1, 1).origin);
+      const glm::dvec3 eye =
+          grid.transform.to_grid(default_view(traced.scene, traced.world).ray(0.5, 0.5, 1, 1).origin);
       origin_ = [eye](const GridScene&, Random&) {
         return GridPoint(eye * static_cast<double>(1 << contract::kPositionFrac));
       };

@@ -11,6 +11,7 @@
 #include "golden/accel/accel.hpp"
 #include "golden/accel/cache_model.hpp"
 #include "golden/engine/engine.hpp"
+#include "golden/tree/traced_scene.hpp"
 
 namespace CLI {
 class App;
@@ -110,7 +111,7 @@ struct LabReport {
 
 /// The rays of a scene, in 8x8 tiles: camera rays, one shadow ray towards a light from every hit, one cosine-weighted
 /// bounce. `light` receives what lit the scene.
-std::array<RayBatch, kKinds> make_rays(const struct LabScene& scene, const LabOptions& options, std::string& camera,
+std::array<RayBatch, kKinds> make_rays(const TracedScene& scene, const LabOptions& options, std::string& camera,
                                        std::string& light);
 
 /// What reports call a scene: a file's name without folder and extension, or the generator as it was written.

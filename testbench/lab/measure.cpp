@@ -14,7 +14,7 @@
 #include "golden/render/renderer.hpp"
 #include "golden/render/sampling.hpp"
 #include "golden/render/view.hpp"
-#include "lab_scene.hpp"
+#include "lab.hpp"
 #include "scenes/open_scene.hpp"
 
 namespace retrace::lab {
@@ -140,7 +140,7 @@ void check(SceneReport& report, const std::array<RayBatch, kKinds>& rays,
 
 }  // namespace
 
-std::array<RayBatch, kKinds> make_rays(const LabScene& scene, const LabOptions& options, std::string& camera_name,
+std::array<RayBatch, kKinds> make_rays(const TracedScene& scene, const LabOptions& options, std::string& camera_name,
                                        std::string& light) {
   const ViewCamera camera = default_view(scene.scene, scene.world, options.camera);
   camera_name = camera.name;
@@ -237,10 +237,7 @@ SceneReport measure(const std::string& spec, const LabOptions& options) {
     return report;
   }
   say("loading");
-  LabScene scene;
-  scene.scene = open_scene(spec);
-  scene.world = flatten(scene.scene);
-  scene.grid = snap(scene.world);
+  TracedScene scene = snap_scene(open_scene(spec));
   report.triangles = scene.grid.triangles.size();
   report.degenerate = scene.grid.degenerate;
 

@@ -10,7 +10,6 @@
 #include <fstream>
 
 #include "golden/gltf/gltf_loader.hpp"
-#include "golden/tree/kd_builder.hpp"
 #include "scenes/generators.hpp"
 #include "scenes/open_scene.hpp"
 #include "testbench/program/progress.hpp"
@@ -39,13 +38,14 @@ bool is_memory_image(const std::filesystem::path& path) {
 
 LoadedScene load_scene(const std::string& scene, const Common& common, bool textures) {
   LoadedScene loaded;
+  Scene read;
   const double load_start = now();
   std::error_code ignored;
   const bool is_file = std::filesystem::exists(scene, ignored);
   if (!is_file && is_generator(scene)) {
     loaded.name = scene;
-    loaded.scene = open_scene(scene);
-    loaded.scene.name = scene;
+    read = open_scene(scene);
+    read.name = scene;
   } else {
     const std::filesystem::path path = scene;
     if (is_memory_image(path)) {
@@ -58,11 +58,10 @@ LoadedScene load_scene(const std::string& scene, const Common& common, bool text
     GltfOptions options;
     options.textures = textures;
     options.posed = true;
-    loaded.scene = load_gltf(path, options, &notes);
+    read = load_gltf(path, options, &notes);
     for (const std::string& text : notes) note(common, text);
   }
-  loaded.world = flatten(loaded.scene);
-  loaded.grid = snap(loaded.world);
+  static_cast<TracedScene&>(loaded) = snap_scene(std::move(read));
   loaded.load_s = now() - load_start;
   if (loaded.grid.degenerate > 0) {
     note(common, loaded.name + ": " + with_commas(loaded.grid.degenerate) + " of " +

@@ -10,9 +10,7 @@
 #include "golden/base/clock.hpp"
 #include "golden/base/text.hpp"
 #include "golden/engine/engine.hpp"
-#include "golden/scene/geometry.hpp"
-#include "golden/scene/scene.hpp"
-#include "golden/tree/memory_image.hpp"
+#include "golden/tree/traced_scene.hpp"
 
 namespace retrace::cli {
 
@@ -24,12 +22,8 @@ struct Common {
   bool quiet = false;  ///< no progress, no notes
 };
 
-struct LoadedScene {
+struct LoadedScene : TracedScene {
   std::string name;  ///< file name without folder and extension, or the generator's
-  Scene scene;
-  WorldTriangles world;
-  GridScene grid;
-  MemoryImage image;
   double load_s = 0, build_s = 0;
 };
 

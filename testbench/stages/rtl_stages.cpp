@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "golden/base/clock.hpp"
-#include "golden/tree/kd_builder.hpp"
+#include "golden/tree/traced_scene.hpp"
 #include "scene_vectors.hpp"
 #include "scenes/open_scene.hpp"
 #include "stage_bench.hpp"
@@ -45,10 +45,9 @@ int run(int argc, char** argv) {
 
   SceneVectors walks;
   if (!scene.empty()) {
-    const retrace::GridScene grid = retrace::snap(retrace::flatten(retrace::open_scene(scene)));
-    const retrace::MemoryImage image = retrace::build_kd(grid);
+    const retrace::TracedScene traced = retrace::prepare_scene(retrace::open_scene(scene));
     retrace::Random random(seed);
-    record_walks(image, retrace::make_test_rays(grid, image, rays, random), walks);
+    record_walks(traced.image, retrace::make_test_rays(traced.grid, traced.image, rays, random), walks);
   }
 
   std::vector<StageRun> runs;

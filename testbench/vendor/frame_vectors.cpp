@@ -9,7 +9,7 @@
 
 #include "golden/base/output_file.hpp"
 #include "golden/render/view.hpp"
-#include "golden/tree/kd_builder.hpp"
+#include "golden/tree/traced_scene.hpp"
 #include "scenes/open_scene.hpp"
 #include "testbench/csim/csim_engine.hpp"
 
@@ -18,10 +18,7 @@ namespace {
 using namespace retrace;
 
 void write_frame(const std::string& name, int width, int height, const std::string& path) {
-  const Scene scene = open_scene(name);
-  const WorldTriangles world = flatten(scene);
-  const GridScene grid = snap(world);
-  const MemoryImage image = build_kd(grid);
+  const auto [scene, world, grid, image] = prepare_scene(open_scene(name));
   const ViewCamera view = default_view(scene, world);
   std::vector<GridRay> rays;
   for (int y = 0; y < height; ++y) {

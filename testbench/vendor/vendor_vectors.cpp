@@ -10,7 +10,7 @@
 
 #include "golden/base/output_file.hpp"
 #include "golden/render/view.hpp"
-#include "golden/tree/kd_builder.hpp"
+#include "golden/tree/traced_scene.hpp"
 #include "hls/top/trace.hpp"
 #include "host/retrace_kernel.h"
 #include "scenes/open_scene.hpp"
@@ -80,10 +80,7 @@ void write_stage(const std::string& folder, const char* stage, Vector vector, Re
 }
 
 void write_frame(const std::string& folder) {
-  const Scene scene = open_scene(kScene);
-  const WorldTriangles world = flatten(scene);
-  const GridScene grid = snap(world);
-  const MemoryImage image = build_kd(grid);
+  const auto [scene, world, grid, image] = prepare_scene(open_scene(kScene));
   const ViewCamera view = default_view(scene, world);
   Random random(kSeed);
   std::vector<GridRay> rays;

@@ -26,10 +26,11 @@
 #include "golden/accel/two_level.hpp"
 #include "golden/gltf/animation.hpp"
 #include "golden/gltf/gltf_loader.hpp"
+#include "golden/tree/traced_scene.hpp"
 #include "scenes/animated_scenes.hpp"
 #include "scenes/open_scene.hpp"
 #include "testbench/kit/test_rays.hpp"
-#include "testbench/lab/lab_scene.hpp"
+#include "testbench/lab/lab.hpp"
 #include "tests/accel/against_brute_force.hpp"
 #ifdef RETRACE_EMBREE
 #include <embree3/rtcore.h>
@@ -164,18 +165,17 @@ void compare_with_embree(const EmbreeOracle& oracle, const TriangleSet& set, con
 #endif
 
 /// Half of `count` rays look for trouble, half are the lab's.
-std::vector<GridRay> rays_for(const Scene& scene, const GridScene& grid, const MemoryImage& image, std::size_t count,
-                              Random& random, std::array<std::size_t, lab::kKinds>& kinds) {
+std::vector<GridRay> rays_for(const TracedScene& traced, std::size_t count, Random& random,
+                              std::array<std::size_t, lab::kKinds>& kinds) {
   std::vector<GridRay> rays;
-  for (const GridRay& r : make_test_rays(grid, image, count / 2, random))
+  for (const GridRay& r : make_test_rays(traced.grid, traced.image, count / 2, random))
     if (!r.outside) rays.push_back(r);
-  lab::LabScene source{scene, flatten(scene), grid, image};
   lab::LabOptions options;
   // A pixel gives up to three rays.
   options.height = std::max(4, static_cast<int>(std::sqrt(static_cast<double>(count) / 2.0 / 3.0 * 0.75)));
   options.width = options.height * 4 / 3;
   std::string camera, light;
-  const auto batches = lab::make_rays(source, options, camera, light);
+  const auto batches = lab::make_rays(traced, options, camera, light);
   for (int kind = 0; kind < lab::kKinds; ++kind) {
     kinds[kind] = batches[kind].grid.size();
     rays.insert(rays.end(), batches[kind].grid.begin(), batches[kind].grid.end());
@@ -253,11 +253,11 @@ void check_two_level(const AnimatedScene& scene, const GridScene& grid, const st
 void check_scene(const std::string& name, const AnimatedScene& animated, std::size_t ray_count, Random& random) {
   SCOPED_TRACE(name);
   const Scene& scene = animated.scene();
-  const GridScene grid = snap(flatten(scene));
-  const MemoryImage image = build_kd(grid);
+  const TracedScene traced = prepare_scene(scene);
+  const GridScene& grid = traced.grid;
   std::array<std::size_t, lab::kKinds> kinds;
   std::vector<Ray> rays;
-  for (const GridRay& r : rays_for(scene, grid, image, ray_count, random, kinds)) rays.push_back(from_grid(r));
+  for (const GridRay& r : rays_for(traced, ray_count, random, kinds)) rays.push_back(from_grid(r));
   Workshop workshop(grid);
   Agreement agreement;
   ASSERT_NO_FATAL_FAILURE(compare_with_brute_force(workshop, rays, agreement));

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "golden/render/view.hpp"
-#include "golden/tree/kd_builder.hpp"
+#include "golden/tree/traced_scene.hpp"
 #include "rtl/regs/rt_regs.h"
 #include "scenes/open_scene.hpp"
 #include "testbench/csim/csim_engine.hpp"
@@ -421,9 +421,7 @@ TEST_F(BoardLink, WhatArrivesDuringAnAnswerIsDropped) {
 
 // ------------------------------------------------------------------------------------------------ the engine
 
-struct Prepared {
-  GridScene grid;
-  MemoryImage image;
+struct Prepared : TracedScene {
   std::vector<GridRay> rays;
 };
 
@@ -432,10 +430,7 @@ const Prepared& prepared(const std::string& name) {
   auto [it, is_new] = cache.try_emplace(name);
   Prepared& p = it->second;
   if (!is_new) return p;
-  const Scene scene = open_scene(name);
-  const WorldTriangles world = flatten(scene);
-  p.grid = snap(world);
-  p.image = build_kd(p.grid);
+  static_cast<TracedScene&>(p) = prepare_scene(open_scene(name));
   Random random(test_seed());
   p.rays = make_test_rays(p.grid, p.image, 700, random);
   return p;

@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "golden/compare/compare.hpp"
-#include "golden/tree/kd_builder.hpp"
+#include "golden/tree/traced_scene.hpp"
 #include "scenes/open_scene.hpp"
 #include "testbench/kit/test_rays.hpp"
 
@@ -83,8 +83,9 @@ TEST_P(EmbreeTest, same_hits_as_golden_outside_the_band) {
   const std::uint64_t seed = test_seed();
   const std::string name = GetParam();
   if (name.ends_with(".glb") && !std::filesystem::exists(name)) GTEST_SKIP() << name << " is not installed";
-  const GridScene scene = snap(flatten(open_scene(name)));
-  const MemoryImage image = build_kd(scene);
+  const TracedScene traced = prepare_scene(open_scene(name));
+  const GridScene& scene = traced.grid;
+  const MemoryImage& image = traced.image;
   auto golden = make_golden_engine(scene, image);
   const EmbreeScene embree(scene);
   Random random(seed);

@@ -7,7 +7,7 @@
 
 #include "golden/engine/stages/hit_finish.hpp"
 #include "golden/engine/stages/tri_test.hpp"
-#include "golden/tree/kd_builder.hpp"
+#include "golden/tree/traced_scene.hpp"
 #include "scenes/open_scene.hpp"
 #include "testbench/kit/closed_meshes.hpp"
 #include "testbench/kit/test_rays.hpp"
@@ -271,8 +271,8 @@ TEST(GoldenWalk, finds_what_all_triangles_have) {
   Random random(test_seed());
   for (const char* name : {"box", "knot:along=40,around=8", "slivers:count=100", "needles:count=200",
                            "coincident:cells=4", "degenerate", "one", "none"}) {
-    const GridScene scene = snap(flatten(open_scene(name)));
-    check_walks(name, scene, make_test_rays(scene, build_kd(scene), 4500, random));
+    const TracedScene traced = prepare_scene(open_scene(name));
+    check_walks(name, traced.grid, make_test_rays(traced.grid, traced.image, 4500, random));
   }
 }
 

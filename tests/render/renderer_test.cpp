@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "golden/render/tonemap.hpp"
-#include "golden/tree/kd_builder.hpp"
+#include "golden/tree/traced_scene.hpp"
 #include "scenes/generators.hpp"
 #include "testbench/csim/csim_engine.hpp"
 
@@ -16,19 +16,10 @@ namespace retrace {
 namespace {
 
 /// A scene from node to pixel.
-struct Studio {
-  Scene scene;
-  WorldTriangles world;
-  GridScene grid;
-  MemoryImage image;
+struct Studio : TracedScene {
   ViewCamera camera;
 
-  explicit Studio(Scene s) : scene(std::move(s)) {
-    world = flatten(scene);
-    grid = snap(world);
-    image = build_kd(grid);
-    camera = default_view(scene, world);
-  }
+  explicit Studio(Scene s) : TracedScene(prepare_scene(std::move(s))), camera(default_view(scene, world)) {}
   RenderResult shoot(const RenderOptions& options, Engine* engine = nullptr) {
     const std::unique_ptr<Engine> golden = make_golden_engine(grid, image);
     const Surfaces surfaces(scene, world, grid);

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "golden/tree/kd_builder.hpp"
+#include "golden/tree/traced_scene.hpp"
 #include "scenes/open_scene.hpp"
 #include "testbench/kit/random.hpp"
 #include "testbench/kit/test_rays.hpp"
@@ -69,9 +69,8 @@ TEST_P(RtlStages, EqualHlsOnWalksThroughAdversarialScenes) {
     Random random(test_seed());
     for (const char* name :
          {"needles", "slivers", "coincident", "degenerate", "one", "none", "sphere:cells=12", "box"}) {
-      const GridScene scene = snap(flatten(open_scene(name)));
-      const MemoryImage image = build_kd(scene);
-      record_walks(image, make_test_rays(scene, image, 400, random), vectors);
+      const TracedScene traced = prepare_scene(open_scene(name));
+      record_walks(traced.image, make_test_rays(traced.grid, traced.image, 400, random), vectors);
     }
     return vectors;
   }();

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "golden/render/view.hpp"
-#include "golden/tree/kd_builder.hpp"
+#include "golden/tree/traced_scene.hpp"
 #include "scenes/open_scene.hpp"
 #include "testbench/csim/csim_engine.hpp"
 #include "testbench/kit/random.hpp"
@@ -22,9 +22,7 @@ constexpr std::uint64_t kPatience =
 
 constexpr int kWidth = 32, kHeight = 24;  // of a frame
 
-struct Prepared {
-  GridScene grid;
-  MemoryImage image;
+struct Prepared : TracedScene {
   std::vector<GridRay> primary, awkward;
 };
 
@@ -34,11 +32,8 @@ inline const Prepared& prepared(const std::string& name) {
   auto [it, is_new] = cache.try_emplace(name);
   Prepared& p = it->second;
   if (!is_new) return p;
-  const Scene scene = open_scene(name);
-  const WorldTriangles world = flatten(scene);
-  p.grid = snap(world);
-  p.image = build_kd(p.grid);
-  const ViewCamera view = default_view(scene, world);
+  static_cast<TracedScene&>(p) = prepare_scene(open_scene(name));
+  const ViewCamera view = default_view(p.scene, p.world);
   for (int any = 0; any < 2; ++any)
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; x += 1 + any)

@@ -12,7 +12,7 @@
 #include <string>
 
 #include "golden/render/view.hpp"
-#include "golden/tree/kd_builder.hpp"
+#include "golden/tree/traced_scene.hpp"
 #include "scenes/open_scene.hpp"
 #include "testbench/csim/csim_engine.hpp"
 #include "testbench/sim/core/rtl_engine.hpp"
@@ -108,10 +108,7 @@ int run(int argc, char** argv) {
       throw Error("unknown option '" + text + "'");
   }
 
-  const Scene scene = open_scene(scene_name);
-  const WorldTriangles world = flatten(scene);
-  const GridScene grid = snap(world);
-  const MemoryImage image = build_kd(grid);
+  const auto [scene, world, grid, image] = prepare_scene(open_scene(scene_name));
   const ViewCamera view = default_view(scene, world);
   std::vector<GridRay> rays;
   // tile = 1 is image order.
