@@ -88,20 +88,14 @@ struct Hit {
 };
 
 /// Work, summed over rays.
-struct Work {
-  std::uint64_t down = 0;      ///< interior nodes entered on the way down; grid: 0
-  std::uint64_t up = 0;        ///< nodes visited on the way up
-  std::uint64_t leaf = 0;      ///< leaves or voxels entered, empty ones too
+struct Work : WalkWork<std::uint64_t> {
   std::uint64_t volumes = 0;   ///< boxes or slab sets tested (BVH, kd-backtrack with boxes)
   std::uint64_t restarts = 0;  ///< walks begun anew at the root or at the restart node
-  std::uint64_t tests = 0;     ///< triangle tests carried out
-  std::uint64_t skipped = 0;   ///< tests that the mailbox saved
   std::uint64_t bytes = 0;     ///< bytes asked of memory, before any cache
 
-  std::uint64_t visits() const { return down + up + leaf; }
   Work& operator+=(const Work& w) {
-    down += w.down, up += w.up, leaf += w.leaf, volumes += w.volumes, restarts += w.restarts, tests += w.tests;
-    skipped += w.skipped, bytes += w.bytes;
+    add(w);
+    volumes += w.volumes, restarts += w.restarts, bytes += w.bytes;
     return *this;
   }
   friend bool operator==(const Work&, const Work&) = default;

@@ -390,9 +390,8 @@ class WorldEngine final : public Engine {
         probe.work = Work{};
         if (!rays[i].outside) hits[i] = one(rays[i], probe);
         if (!work.empty()) {
-          const auto narrow = [](std::uint64_t x) { return static_cast<std::uint32_t>(x); };
-          work[i] = {narrow(probe.work.down), narrow(probe.work.up), narrow(probe.work.leaf), narrow(probe.work.tests),
-                     narrow(probe.work.skipped)};
+          work[i] = RayWork{};
+          work[i].add(probe.work);
         }
       }
       if (options.done) options.done->fetch_add(range.size());

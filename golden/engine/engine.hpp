@@ -34,13 +34,29 @@ struct GridRay {
 /// Throws Error for a non-finite component or a zero direction. t_max is rounded down after clamping to the format's range.
 GridRay quantise(const WorldRay& ray, const GridTransform& transform, const std::array<std::int32_t, 6>& box, bool any);
 
-/// Work of one ray.
-struct RayWork {
-  std::uint32_t down = 0;     ///< interior nodes visited on the way down
-  std::uint32_t up = 0;       ///< ancestors visited on the way up (0 with face links)
-  std::uint32_t leaf = 0;     ///< leaves visited
-  std::uint32_t tests = 0;    ///< triangle tests carried out
-  std::uint32_t skipped = 0;  ///< tests that the mailbox saved
+/// Work of walks through a tree.
+template <class Count>
+struct WalkWork {
+  Count down = 0;     ///< interior nodes visited on the way down
+  Count up = 0;       ///< ancestors visited on the way up (0 with face links)
+  Count leaf = 0;     ///< leaves visited, empty ones too
+  Count tests = 0;    ///< triangle tests carried out
+  Count skipped = 0;  ///< tests that the mailbox saved
+
+  Count visits() const { return down + up + leaf; }
+  template <class Other>
+  void add(const WalkWork<Other>& other) {
+    down += other.down, up += other.up, leaf += other.leaf, tests += other.tests, skipped += other.skipped;
+  }
+  friend bool operator==(const WalkWork&, const WalkWork&) = default;
+};
+
+/// Of one ray.
+using RayWork = WalkWork<std::uint32_t>;
+
+/// Of many.
+struct WorkTotals : WalkWork<std::uint64_t> {
+  std::uint64_t rays = 0;
 };
 
 /// Result of one ray, in grid units along the quantised ray.

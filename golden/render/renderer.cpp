@@ -356,14 +356,6 @@ double well_exposed(const Raster& color, const Raster& unlit) {
 
 }  // namespace
 
-void WorkTotals::add(const RayWork& work) {
-  down += work.down;
-  up += work.up;
-  leaf += work.leaf;
-  tests += work.tests;
-  skipped += work.skipped;
-}
-
 void quantise_all(std::span<const WorldRay> rays, std::span<GridRay> grid, const GridTransform& transform,
                   const std::array<std::int32_t, 6>& box, bool any) {
   parallel(rays.size(), 2048, [&](std::size_t i) { grid[i] = quantise(rays[i], transform, box, any); });

@@ -28,12 +28,6 @@ struct RenderOptions {
   std::function<void(double)> progress;  ///< fraction done; called between batches, from the calling thread
 };
 
-/// Sums of RayWork.
-struct WorkTotals {
-  std::uint64_t rays = 0, down = 0, up = 0, leaf = 0, tests = 0, skipped = 0;
-  void add(const RayWork& work);
-};
-
 struct RenderResult {
   Raster color;   ///< linear RGB radiance and coverage; background is 0 with coverage 0
   Raster unlit;   ///< the part of `color` that unlit surfaces show, which no exposure changes

@@ -7,8 +7,8 @@
 namespace retrace {
 
 /// Totals of all runs of a csim engine, as the kernel reports them.
-struct CsimTotals {
-  std::uint64_t rays = 0, faults = 0, down = 0, up = 0, leaf = 0, tests = 0, skipped = 0, steps = 0;
+struct CsimTotals : WorkTotals {
+  std::uint64_t faults = 0, steps = 0;
 };
 
 class CsimEngine : public Engine {

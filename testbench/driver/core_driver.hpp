@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "golden/engine/engine.hpp"
 #include "testbench/driver/device.hpp"
 
 namespace retrace::cosim {
@@ -26,13 +27,13 @@ struct UnitClocks {
   std::uint64_t busy = 0, starved = 0, blocked = 0;
 };
 
-struct CoreCounters {
-  std::uint64_t clocks = 0, rays = 0, faults = 0, down = 0, up = 0, leaf = 0, tests = 0, skipped = 0;
+struct CoreCounters : WorkTotals {
+  std::uint64_t clocks = 0, faults = 0;
   std::uint64_t node_hits = 0, node_misses = 0, leaf_hits = 0, leaf_misses = 0, list_hits = 0, list_misses = 0,
                 triangle_hits = 0, triangle_misses = 0, read_beats = 0, write_beats = 0, context_clocks = 0;
   UnitClocks lanes, leaf_unit, references, tri_test, bus;
 
-  std::uint64_t node_steps() const { return down + up + leaf; }
+  std::uint64_t node_steps() const { return visits(); }
   void add(const CoreCounters& other);
 };
 

@@ -70,10 +70,8 @@ TEST(CsimEngine, work_counts_agree_with_golden) {
     trace(*golden, c.rays, options, b);
     RayWork sum_a, sum_b;
     for (std::size_t i = 0; i < a.size(); ++i) {
-      sum_a.down += a[i].down, sum_b.down += b[i].down;
-      sum_a.up += a[i].up, sum_b.up += b[i].up;
-      sum_a.leaf += a[i].leaf, sum_b.leaf += b[i].leaf;
-      sum_a.tests += a[i].tests, sum_b.tests += b[i].tests;
+      sum_a.add(a[i]);
+      sum_b.add(b[i]);
     }
     EXPECT_NEAR(sum_a.down, sum_b.down, 0.01 * sum_b.down);
     EXPECT_NEAR(sum_a.up, sum_b.up, 0.01 * sum_b.up);
@@ -118,7 +116,7 @@ TEST(CsimEngine, a_step_limit_ends_the_walk) {
   const auto hits = trace(*engine, c.rays, {}, work);
   int limited = 0;
   for (std::size_t i = 0; i < hits.size(); ++i) {
-    EXPECT_LE(work[i].down + work[i].up + work[i].leaf + work[i].tests + work[i].skipped, 10u);
+    EXPECT_LE(work[i].visits() + work[i].tests + work[i].skipped, 10u);
     limited += hits[i].status == static_cast<std::uint32_t>(contract::kStatusStepLimit);
   }
   EXPECT_GT(limited, 100);
