@@ -9,7 +9,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <nlohmann/json.hpp>
 
-#include "scenes/glb_writer.hpp"
+#include "golden/gltf/glb_writer.hpp"
 #include "scenes/shapes.hpp"
 
 namespace retrace {

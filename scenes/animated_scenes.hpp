@@ -1,4 +1,4 @@
-// Scenes that move, written as binary glTF with animations, skins and morph targets: what golden/scene/animation.hpp
+// Scenes that move, written as binary glTF with animations, skins and morph targets: what golden/gltf/animation.hpp
 // reads. All three classes of motion (Wald et al. 2003) and all three interpolations appear. Same parameters, same
 // bytes.
 #pragma once

@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "generators.hpp"
-#include "golden/scene/gltf_loader.hpp"
+#include "golden/gltf/gltf_loader.hpp"
 
 namespace retrace {
 

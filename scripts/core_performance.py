@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures the RTL core against its bounds and writes the table of docs/core-performance.md.
 
-usage: scripts/core_performance.py [--program build/release/testbench/cli/retrace] [-o FILE]
+usage: scripts/core_performance.py [--program build/release/testbench/program/retrace] [-o FILE]
 Primary rays in image order, 320x240, memory latency 40 clocks. Exits with 1, and writes nothing, if a bound does not hold.
 """
 import argparse
@@ -20,7 +20,7 @@ LEAST_SPEED = 100_000  # simulated clocks a second, ecp5
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--program", default="build/release/testbench/cli/retrace")
+    parser.add_argument("--program", default="build/release/testbench/program/retrace")
     parser.add_argument("-o", "--output", default="docs/core-performance.md")
     arguments = parser.parse_args()
     failures = []

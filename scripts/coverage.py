@@ -1,4 +1,4 @@
-"""Line and toggle coverage of the RTL: adds up what the models counted (testbench/cosim/coverage.hpp) and writes docs/coverage.md.
+"""Line and toggle coverage of the RTL: adds up what the models counted (testbench/sim/coverage.hpp) and writes docs/coverage.md.
 
 A point is a branch or block of lines, or one bit of one signal; a module that is instantiated several times, or with several parameters, counts
 once: a point is covered if any instance covers it. Exit code 1 if a total is below the bound. Reasons for what is not covered: rtl/coverage.toml.

@@ -7,7 +7,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 data=build/coverage/data
 tests=(rtl_core/rtl_core_test rtl/rtl_stages_test rtl/rtl_lib_test)  # the longest first
-scripts/build.sh release retrace_hls retrace_csim retrace_testkit retrace_generators retrace_image  # lent to the preset `coverage`
+scripts/build.sh release retrace_hls retrace_csim retrace_testkit retrace_generators retrace_render  # lent to the preset `coverage`
 scripts/build.sh coverage "${tests[@]##*/}"
 rm -rf "$data"
 mkdir -p "$data"

@@ -19,7 +19,7 @@ if ! { cmake --preset release -B build/demo -DRETRACE_TESTS=OFF -DRETRACE_RTL_CO
   echo "demo: the build failed, see $log" >&2
   exit 1
 fi
-retrace=build/demo/testbench/cli/retrace
+retrace=build/demo/testbench/program/retrace
 
 models=${RETRACE_MODELS_DIR:-/usr/share/assimp/models}
 "$retrace" make-scene room -o "$out/room.glb"

@@ -72,7 +72,7 @@ copy hls/top hls/top/trace.hpp hls/top/trace.cpp
 copy testbench/csim/include testbench/csim/include/hls_stream.h
 copy testbench/vendor testbench/vendor/stage_bench.hpp testbench/vendor/tb_*.cpp
 copy testbench/vendor/data testbench/vendor/data/*.inc
-copy host testbench/vendor/host/retrace_kernel.h golden/scene/contract_records.hpp
+copy host testbench/vendor/host/retrace_kernel.h golden/contract/contract_records.hpp
 copy constraints constraints/zynq-xczu3eg.xdc constraints/alveo-xcu50.xdc
 
 config() { # config NAME TOP FUNCTION PART CLOCK FLOW FORMAT WHAT

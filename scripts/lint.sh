@@ -4,7 +4,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-mapfile -t sources < <(git ls-files '*.cpp' '*.hpp' ':!hls/include/contract*.hpp' ':!golden/scene/contract_records.hpp' ':!*certified_bounds.hpp')
+mapfile -t sources < <(git ls-files '*.cpp' '*.hpp' ':!hls/include/contract*.hpp' ':!golden/contract/contract_records.hpp' ':!*certified_bounds.hpp')
 clang-format --dry-run -Werror "${sources[@]}"
 for script in $(git ls-files '*.sh' .ci/run); do bash -n "$script"; done
 if [ "${1:-}" = --tidy ]; then

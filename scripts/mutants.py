@@ -148,7 +148,7 @@ def source_of(mutant):
 
 def verilate(model, rtl, objects):
     """Makes the C++ of a model whose sources are in `rtl`."""
-    top = "testbench/cosim/sv/%s.sv" % model if model.startswith("tb_") else glob.glob("%s/*/%s.sv" % (rtl, model))[0]
+    top = "testbench/sim/sv/%s.sv" % model if model.startswith("tb_") else glob.glob("%s/*/%s.sv" % (rtl, model))[0]
     step = run(["verilator", "--cc", "--assert", "-O3", "--x-assign", "fast", "--x-initial", "unique", "-Wno-fatal", "-Wno-lint", "--output-split", "20000",
                 *[word for folder in FOLDERS for word in ("-y", os.path.join(rtl, folder))], "+incdir+" + rtl + "/lib", "--Mdir", objects,
                 "--prefix", PREFIX.get(model, "V" + model), "--top-module", model, *PARAMETERS.get(model, []), *[os.path.join(rtl, s) for s in SOURCES], top])

@@ -32,7 +32,7 @@ import placed_netlist
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 STAGES = ["ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish"]
-CELLS = "testbench/cosim/netlist"
+CELLS = "testbench/sim/netlist"
 CORE_CONFIG = "small"
 KINDS = {"lut": "LUT4", "ff": "TRELLIS_FF", "mul": "MULT18X18D"}
 
@@ -230,14 +230,14 @@ def bench_stage(binary, stage, arguments):
 
 def check_stage(stage, arguments, pool):
     start = time.monotonic()
-    binary, cells, broken = make_model("rt_" + stage, CORE_CONFIG, "Vrt_" + stage, "rtl_stages", "testbench/cosim/stage_bench.cpp", arguments, pool)
+    binary, cells, broken = make_model("rt_" + stage, CORE_CONFIG, "Vrt_" + stage, "rtl_stages", "testbench/stages/stage_bench.cpp", arguments, pool)
     have, failure = bench_stage(binary, stage, arguments)
     if broken:
         print("%s %s: %s" % ("caught  " if failure else "SURVIVED", stage, broken), flush=True)
         if failure and arguments.verbose:
             print(failure)
         return bool(failure)
-    want, rtl_failure = bench_stage(os.path.join(arguments.objects, "testbench/cosim/rtl_stages"), stage, arguments)
+    want, rtl_failure = bench_stage(os.path.join(arguments.objects, "testbench/stages/rtl_stages"), stage, arguments)
     if rtl_failure:
         failure = "the RTL itself differs: " + rtl_failure
     if not failure and have != want:

@@ -64,7 +64,7 @@ def main():
     reports = read_reports()
     run(["cmake", "--preset", "release", "-B", arguments.build, "-DRETRACE_RTL_CONFIGS=" + ";".join(CONFIGS)], "cmake")
     run(["cmake", "--build", arguments.build, "--target", "rtl_bench"], "the build")
-    program = os.path.join(arguments.build, "testbench/cosim/core/rtl_bench")  # fails where a hit is not csim's
+    program = os.path.join(arguments.build, "testbench/sim/core/rtl_bench")  # fails where a hit is not csim's
     lines = [
         "# Cost, clock and rays per second",
         "",

@@ -33,7 +33,7 @@ TAIL = """
 
 
 def measure(build):
-    program = os.path.join(build, "testbench/cosim/rtl_stages")
+    program = os.path.join(build, "testbench/stages/rtl_stages")
     run = subprocess.run([program, "--json", "--vectors", "2000", "--mode", "none"], capture_output=True, text=True, check=True)
     return {entry["stage"]: (entry["latency"], round(entry["interval"])) for entry in json.loads(run.stdout)}
 

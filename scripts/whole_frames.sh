@@ -6,7 +6,7 @@
 # RETRACE_SEED chooses the seed of the memory.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-bench=build/release/testbench/cosim/core/rtl_bench
+bench=build/release/testbench/sim/core/rtl_bench
 output=docs/whole-frames.md
 size=320x240
 engine=/usr/share/assimp/models/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "golden/engine.hpp"
+#include "golden/engine/engine.hpp"
 #include "golden/scene/geometry.hpp"
 
 namespace retrace::accel {

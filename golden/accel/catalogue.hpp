@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "golden/scene/kd_builder.hpp"
+#include "golden/tree/kd_builder.hpp"
 #include "structures.hpp"
 
 namespace retrace::accel {

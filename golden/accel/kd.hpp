@@ -1,6 +1,6 @@
 // The memory image, decoded once for the double-precision traversals of kd.cpp (and the trees of two_level.cpp).
 #pragma once
-#include "golden/scene/memory_image.hpp"
+#include "golden/tree/memory_image.hpp"
 #include "probe.hpp"
 #include "structures.hpp"
 

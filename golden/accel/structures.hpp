@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "accel.hpp"
-#include "golden/scene/memory_image.hpp"
+#include "golden/tree/memory_image.hpp"
 
 namespace retrace::accel {
 

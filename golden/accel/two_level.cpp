@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "bvh.hpp"
-#include "golden/clock.hpp"
-#include "golden/scene/gltf_document.hpp"
+#include "golden/base/clock.hpp"
+#include "golden/gltf/gltf_document.hpp"
 
 namespace retrace::accel {
 namespace {

@@ -13,9 +13,9 @@
 #include <memory>
 #include <vector>
 
-#include "golden/engine.hpp"
-#include "golden/scene/animation.hpp"
-#include "golden/scene/kd_builder.hpp"
+#include "golden/engine/engine.hpp"
+#include "golden/gltf/animation.hpp"
+#include "golden/tree/kd_builder.hpp"
 #include "kd.hpp"
 #include "structures.hpp"
 

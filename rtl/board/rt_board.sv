@@ -1,6 +1,6 @@
 // A whole board but its clock and pins: core, on-chip memory, serial link, lamps.
 //
-// Purpose     What every board shares; a board's own top (rt_ulx3s) adds pins, clock and reset. Simulated as it is (testbench/cosim/board).
+// Purpose     What every board shares; a board's own top (rt_ulx3s) adds pins, clock and reset. Simulated as it is (testbench/sim/board).
 // Memory      MemoryBytes of block RAM from MemoryBase hold image, rays and hits; anything else is answered with DECERR. A board with a
 //             memory of its own puts its controller in the place of rt_board_memory.
 // Serial      BaudHz at ClockHz, 8 data bits, no parity, 1 stop bit; Divisor (clocks a bit, in 256ths) follows unless it is given.

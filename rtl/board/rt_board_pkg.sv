@@ -1,6 +1,6 @@
 // What the modules of a board share: channels of the memory bus, numbers of the serial link.
 //
-// Purpose     One place for the link's codes; docs/serial-link.md explains them, testbench/cosim/board/link_protocol.hpp has them for the host.
+// Purpose     One place for the link's codes; docs/serial-link.md explains them, testbench/driver/link_protocol.hpp has them for the host.
 // Bus         The core's AXI4 with a bus of 8 bytes; behind rt_axi_mux ids are MuxIdBits wide, the upper bit says which master.
 package rt_board_pkg;
 

@@ -7,7 +7,7 @@
 //             the result is 1.
 // Latency     rt_stage_pkg::HitFinishLatency, II rt_stage_pkg::HitFinishInterval (u and v share one divider), no DSP block.
 // Cuts        valid, data and ready (rt_pipe_ctrl).
-// Counterpart hls/stages/hit_finish.hpp, golden/stages/hit_finish.hpp. Source: Woop et al. 2005, section 3.2.
+// Counterpart hls/stages/hit_finish.hpp, golden/engine/stages/hit_finish.hpp. Source: Woop et al. 2005, section 3.2.
 `include "rt_assert.svh"
 module rt_hit_finish #(
     parameter type tag_t = logic [15:0]

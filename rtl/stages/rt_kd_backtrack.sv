@@ -4,7 +4,7 @@
 //             then the next node is its far child, otherwise the parent. finished = not matched and the parent is the root. bad = the parent is a leaf.
 // Latency     rt_stage_pkg::KdBacktrackLatency, II rt_stage_pkg::KdBacktrackInterval, no DSP block.
 // Cuts        valid, data and ready (rt_pipe_ctrl).
-// Counterpart hls/stages/kd_backtrack.hpp, golden/stages/kd_backtrack.hpp. Source: Lee 2007, section 3; Foley & Sugerman 2005, section 3.2.
+// Counterpart hls/stages/kd_backtrack.hpp, golden/engine/stages/kd_backtrack.hpp. Source: Lee 2007, section 3; Foley & Sugerman 2005, section 3.2.
 `include "rt_assert.svh"
 module rt_kd_backtrack #(
     parameter type tag_t = logic [15:0]

@@ -4,7 +4,7 @@
 //             The near child is the left one, or the right one if the direction is negative. node = 2 * child + right.
 // Latency     rt_stage_pkg::KdDescendLatency, II rt_stage_pkg::KdDescendInterval, DSP blocks rt_stage_pkg::KdDescendBlocks.
 // Cuts        valid, data and ready (rt_pipe_ctrl).
-// Counterpart hls/stages/kd_descend.hpp, golden/stages/kd_descend.hpp. Source: Lee 2007, section 3; Foley & Sugerman 2005, section 3.
+// Counterpart hls/stages/kd_descend.hpp, golden/engine/stages/kd_descend.hpp. Source: Lee 2007, section 3; Foley & Sugerman 2005, section 3.
 `include "rt_assert.svh"
 module rt_kd_descend #(
     parameter type tag_t = logic [15:0]

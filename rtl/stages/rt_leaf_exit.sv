@@ -4,7 +4,7 @@
 //             broken = exits and t_exit < t. Without an exit every field is 0.
 // Latency     rt_stage_pkg::LeafExitLatency, II rt_stage_pkg::LeafExitInterval, DSP blocks rt_stage_pkg::LeafExitBlocks.
 // Cuts        valid, data and ready (rt_pipe_ctrl).
-// Counterpart hls/stages/leaf_exit.hpp, golden/stages/leaf_exit.hpp. Source: Lee 2007, section 3; Kay & Kajiya 1986 (slabs).
+// Counterpart hls/stages/leaf_exit.hpp, golden/engine/stages/leaf_exit.hpp. Source: Lee 2007, section 3; Kay & Kajiya 1986 (slabs).
 `include "rt_assert.svh"
 module rt_leaf_exit #(
     parameter type tag_t = logic [15:0]

@@ -6,7 +6,7 @@
 //             so 2^26 (D a power of two) saturates in the divider to just the wanted 2^26 - 1. What passes unchanged waits beside the pipeline.
 // Latency     rt_stage_pkg::RaySetupLatency, II rt_stage_pkg::RaySetupInterval (the three axes share one divider), no DSP block.
 // Cuts        valid, data and ready (rt_pipe_ctrl).
-// Counterpart hls/stages/ray_setup.hpp, golden/stages/ray_setup.hpp. Source: Lee 2007, section 3; Amanatides & Woo 1987.
+// Counterpart hls/stages/ray_setup.hpp, golden/engine/stages/ray_setup.hpp. Source: Lee 2007, section 3; Amanatides & Woo 1987.
 `include "rt_assert.svh"
 module rt_ray_setup #(
     parameter type tag_t = logic [15:0]

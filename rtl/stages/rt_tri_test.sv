@@ -8,7 +8,7 @@
 //             right after the flip, before the verdict is known, so its clocks are not added to those of U, V and W.
 // Latency     rt_stage_pkg::TriTestLatency, II rt_stage_pkg::TriTestInterval, DSP blocks rt_stage_pkg::TriTestBlocks.
 // Cuts        valid, data and ready (rt_pipe_ctrl).
-// Counterpart hls/stages/tri_test.hpp, golden/stages/tri_test.hpp. Source: Arenberg 1988; Woop et al. 2005, section 3.2; Schmittler et al. 2004.
+// Counterpart hls/stages/tri_test.hpp, golden/engine/stages/tri_test.hpp. Source: Arenberg 1988; Woop et al. 2005, section 3.2; Schmittler et al. 2004.
 `include "rt_assert.svh"
 module rt_tri_test #(
     parameter type tag_t = logic [15:0]

@@ -104,7 +104,7 @@ def main():
     options = parser.parse_args()
     core = load()
     files = {"rtl/pkg/rt_config_pkg.sv": package(core), "rtl/regs/counters.rdl": registers(core), "scripts/cmake/CoreConfigurations.cmake": cmake(core),
-             "testbench/cosim/core/core_description.hpp": header(core),
+             "testbench/sim/core/core_description.hpp": header(core),
              "docs/configurations.md": page(core)}
     differing = [name for name, text in files.items() if not (ROOT / name).exists() or (ROOT / name).read_text() != text]
     for name in differing:

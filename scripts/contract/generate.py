@@ -334,7 +334,7 @@ def emit_docs(c):
 
 OUTPUTS = {
     "hls/include/contract.hpp": emit_constants,
-    "golden/scene/contract_records.hpp": emit_records,
+    "golden/contract/contract_records.hpp": emit_records,
     "hls/include/contract_types.hpp": emit_hls,
     "rtl/pkg/rt_contract_pkg.sv": emit_sv,
     "docs/number-contract.md": emit_docs,

@@ -5,7 +5,7 @@ usage: certify.py [--write | --self-test] [--gappa PROGRAM]
 
 Without an option: every script in tests/proof must be proven by gappa without a warning; the assumptions of each must
 be what another script proves or what scripts/contract/contract.toml says; the generated block of docs/error-bounds.md
-and golden/certified_bounds.hpp must be up to date. Exit code 1 otherwise.
+and golden/contract/certified_bounds.hpp must be up to date. Exit code 1 otherwise.
 --write brings the two generated places up to date (and proves everything first). --self-test damages copies of the
 scripts one by one and fails unless each damage is noticed. Standard library only.
 
@@ -34,7 +34,7 @@ from fractions import Fraction
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCRIPTS = ROOT / "tests/proof"
-HEADER = ROOT / "golden/certified_bounds.hpp"
+HEADER = ROOT / "golden/contract/certified_bounds.hpp"
 DOC = ROOT / "docs/error-bounds.md"
 CONTRACT = ROOT / "scripts/contract/contract.toml"
 BEGIN, END = "<!-- certified: begin -->", "<!-- certified: end -->"

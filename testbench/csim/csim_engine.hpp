@@ -2,7 +2,7 @@
 #pragma once
 #include <memory>
 
-#include "golden/engine.hpp"
+#include "golden/engine/engine.hpp"
 
 namespace retrace {
 

@@ -8,9 +8,9 @@
 #include <cstring>
 #include <string>
 
-#include "reference.hpp"
-#include "stage_vectors.hpp"
 #include "testbench/csim/stage_tops.hpp"
+#include "testbench/kit/reference.hpp"
+#include "testbench/kit/stage_vectors.hpp"
 
 namespace {
 

@@ -9,12 +9,12 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "brute_force.hpp"
 #include "csim_engine.hpp"
-#include "golden/compare.hpp"
-#include "golden/scene/kd_builder.hpp"
+#include "golden/compare/compare.hpp"
+#include "golden/tree/kd_builder.hpp"
 #include "scenes/open_scene.hpp"
-#include "test_rays.hpp"
+#include "testbench/kit/brute_force.hpp"
+#include "testbench/kit/test_rays.hpp"
 
 namespace {
 

@@ -10,12 +10,12 @@
 #include <memory>
 #include <string>
 
-#include "closed_meshes.hpp"
 #include "csim_engine.hpp"
-#include "golden/scene/kd_builder.hpp"
-#include "golden/scene/view.hpp"
+#include "golden/render/view.hpp"
+#include "golden/tree/kd_builder.hpp"
 #include "scenes/open_scene.hpp"
-#include "test_rays.hpp"
+#include "testbench/kit/closed_meshes.hpp"
+#include "testbench/kit/test_rays.hpp"
 
 namespace {
 

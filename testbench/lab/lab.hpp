@@ -10,7 +10,7 @@
 
 #include "golden/accel/accel.hpp"
 #include "golden/accel/cache_model.hpp"
-#include "golden/engine.hpp"
+#include "golden/engine/engine.hpp"
 
 namespace CLI {
 class App;

@@ -13,8 +13,8 @@
 #include <mutex>
 
 #include "golden/accel/catalogue.hpp"
+#include "golden/base/clock.hpp"
 #include "golden/base/output_file.hpp"
-#include "golden/clock.hpp"
 #include "lab.hpp"
 
 namespace retrace::lab {

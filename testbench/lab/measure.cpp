@@ -8,12 +8,12 @@
 
 #include "golden/accel/catalogue.hpp"
 #include "golden/accel/probe.hpp"
-#include "golden/clock.hpp"
-#include "golden/image/lighting.hpp"
-#include "golden/image/renderer.hpp"
-#include "golden/image/sampling.hpp"
-#include "golden/scene/animation.hpp"
-#include "golden/scene/view.hpp"
+#include "golden/base/clock.hpp"
+#include "golden/gltf/animation.hpp"
+#include "golden/render/lighting.hpp"
+#include "golden/render/renderer.hpp"
+#include "golden/render/sampling.hpp"
+#include "golden/render/view.hpp"
 #include "lab_scene.hpp"
 #include "scenes/open_scene.hpp"
 

@@ -2,9 +2,9 @@
 // set of camera rays through both.
 #include "golden/accel/probe.hpp"
 #include "golden/accel/two_level.hpp"
-#include "golden/clock.hpp"
-#include "golden/scene/gltf_loader.hpp"
-#include "golden/scene/view.hpp"
+#include "golden/base/clock.hpp"
+#include "golden/gltf/gltf_loader.hpp"
+#include "golden/render/view.hpp"
 #include "lab.hpp"
 
 namespace retrace::lab {

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "golden/image/colormap.hpp"
-#include "golden/scene/base64.hpp"
+#include "golden/base/base64.hpp"
+#include "golden/render/colormap.hpp"
 #include "golden/scene/scene.hpp"
 #include "lab.hpp"
 #include "page.hpp"

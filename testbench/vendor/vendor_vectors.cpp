@@ -9,16 +9,16 @@
 #include <vector>
 
 #include "golden/base/output_file.hpp"
-#include "golden/scene/kd_builder.hpp"
-#include "golden/scene/view.hpp"
+#include "golden/render/view.hpp"
+#include "golden/tree/kd_builder.hpp"
 #include "hls/top/trace.hpp"
 #include "host/retrace_kernel.h"
 #include "scenes/open_scene.hpp"
-#include "testbench/csim/brute_force.hpp"
 #include "testbench/csim/csim_engine.hpp"
-#include "testbench/csim/reference.hpp"
-#include "testbench/csim/stage_vectors.hpp"
-#include "testbench/csim/test_rays.hpp"
+#include "testbench/kit/brute_force.hpp"
+#include "testbench/kit/reference.hpp"
+#include "testbench/kit/stage_vectors.hpp"
+#include "testbench/kit/test_rays.hpp"
 
 // The host's header says the same as the kernel's.
 static_assert(RETRACE_KERNEL_OPTION_PARENT_LINKS == RETRACE_OPTION_PARENT_LINKS);

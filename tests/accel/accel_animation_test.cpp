@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 
 #include "golden/accel/two_level.hpp"
-#include "golden/scene/animation.hpp"
-#include "golden/scene/gltf_loader.hpp"
+#include "golden/gltf/animation.hpp"
+#include "golden/gltf/gltf_loader.hpp"
 #include "scenes/animated_scenes.hpp"
-#include "testbench/csim/random.hpp"
+#include "testbench/kit/random.hpp"
 
 namespace retrace {
 namespace {

@@ -10,9 +10,9 @@
 #include "golden/accel/catalogue.hpp"
 #include "golden/accel/kd.hpp"
 #include "golden/accel/probe.hpp"
-#include "testbench/csim/test_rays.hpp"
+#include "testbench/kit/test_rays.hpp"
 #include "tests/accel/against_brute_force.hpp"
-#include "tests/scene/hard_scenes.hpp"
+#include "tests/tree/hard_scenes.hpp"
 
 namespace retrace::accel {
 namespace {

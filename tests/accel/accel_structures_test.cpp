@@ -9,7 +9,7 @@
 #include "golden/accel/catalogue.hpp"
 #include "golden/accel/probe.hpp"
 #include "test_scenes.hpp"
-#include "testbench/csim/test_rays.hpp"
+#include "testbench/kit/test_rays.hpp"
 
 namespace retrace::accel {
 namespace {

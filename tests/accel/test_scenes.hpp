@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "golden/scene/geometry.hpp"
-#include "testbench/csim/random.hpp"
+#include "testbench/kit/random.hpp"
 
 namespace retrace {
 

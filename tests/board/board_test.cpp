@@ -8,15 +8,15 @@
 #include <string>
 #include <vector>
 
-#include "golden/scene/kd_builder.hpp"
-#include "golden/scene/view.hpp"
+#include "golden/render/view.hpp"
+#include "golden/tree/kd_builder.hpp"
 #include "rtl/regs/rt_regs.h"
 #include "scenes/open_scene.hpp"
-#include "testbench/cosim/board/serial_engine.hpp"
-#include "testbench/cosim/board/simulated_board.hpp"
 #include "testbench/csim/csim_engine.hpp"
-#include "testbench/csim/random.hpp"
-#include "testbench/csim/test_rays.hpp"
+#include "testbench/driver/serial_engine.hpp"
+#include "testbench/kit/random.hpp"
+#include "testbench/kit/test_rays.hpp"
+#include "testbench/sim/board/simulated_board.hpp"
 
 namespace {
 

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "testbench/cosim/clocked.hpp"
-#include "testbench/cosim/hold_off.hpp"
+#include "testbench/sim/clocked.hpp"
+#include "testbench/sim/hold_off.hpp"
 #include "Vtb_board.h"
 
 namespace retrace::cosim {

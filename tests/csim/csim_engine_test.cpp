@@ -7,13 +7,13 @@
 #include <cstring>
 #include <vector>
 
-#include "golden/scene/kd_builder.hpp"
-#include "golden/stages/kd_descend.hpp"
-#include "golden/stages/leaf_exit.hpp"
-#include "golden/stages/tri_test.hpp"
+#include "golden/engine/stages/kd_descend.hpp"
+#include "golden/engine/stages/leaf_exit.hpp"
+#include "golden/engine/stages/tri_test.hpp"
+#include "golden/tree/kd_builder.hpp"
 #include "hls/top/trace.hpp"
 #include "scenes/open_scene.hpp"
-#include "testbench/csim/test_rays.hpp"
+#include "testbench/kit/test_rays.hpp"
 
 namespace retrace {
 namespace {

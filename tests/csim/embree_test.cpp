@@ -7,10 +7,10 @@
 #include <cmath>
 #include <filesystem>
 
-#include "golden/compare.hpp"
-#include "golden/scene/kd_builder.hpp"
+#include "golden/compare/compare.hpp"
+#include "golden/tree/kd_builder.hpp"
 #include "scenes/open_scene.hpp"
-#include "testbench/csim/test_rays.hpp"
+#include "testbench/kit/test_rays.hpp"
 
 namespace retrace {
 namespace {

@@ -6,10 +6,10 @@
 #include <cstring>
 #include <random>
 
+#include "golden/gltf/gltf_loader.hpp"
+#include "golden/render/view.hpp"
 #include "golden/scene/geometry.hpp"
-#include "golden/scene/gltf_loader.hpp"
-#include "golden/scene/view.hpp"
-#include "tests/scene/gltf_builder.hpp"
+#include "tests/gltf/gltf_builder.hpp"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 

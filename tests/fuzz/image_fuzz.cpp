@@ -7,7 +7,7 @@
 #include <cstring>
 #include <vector>
 
-#include "golden/scene/memory_image.hpp"
+#include "golden/tree/memory_image.hpp"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 

@@ -13,7 +13,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "golden/certified_bounds.hpp"
+#include "golden/contract/certified_bounds.hpp"
 
 namespace {
 

@@ -6,7 +6,7 @@ import subprocess
 import sys
 import tempfile
 
-VECTORS = "testbench/sv/frame.hex"
+VECTORS = "testbench/vendor/sv/frame.hex"
 FRAME = ["box", "12x8"]
 
 

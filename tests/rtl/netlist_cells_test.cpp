@@ -4,8 +4,8 @@
 
 #include <array>
 
-#include "testbench/cosim/clocked.hpp"
-#include "testbench/csim/random.hpp"
+#include "testbench/kit/random.hpp"
+#include "testbench/sim/clocked.hpp"
 #include "Vtb_cells.h"
 
 namespace retrace::cosim {

@@ -1,4 +1,4 @@
-// The cache by itself, in every parameter set of testbench/cosim/sv/tb_cache.sv: waiters that want a few lines of always the same sets, a memory that
+// The cache by itself, in every parameter set of testbench/sim/sv/tb_cache.sv: waiters that want a few lines of always the same sets, a memory that
 // answers late, in any order and with errors. Every hit has the line's words, every waiter is answered, nobody is woken who does not wait. Where
 // nothing stalls, clocks are bounded too: of a line, by the memory's answer and the cache's own latencies.
 #include <gtest/gtest.h>
@@ -11,14 +11,14 @@
 #include <set>
 #include <vector>
 
-#include "testbench/cosim/clocked.hpp"
-#include "testbench/cosim/hold_off.hpp"
+#include "testbench/sim/clocked.hpp"
+#include "testbench/sim/hold_off.hpp"
 #include "Vtb_cache.h"
 
 namespace retrace::cosim {
 namespace {
 
-// As testbench/cosim/sv/tb_cache.sv has them.
+// As testbench/sim/sv/tb_cache.sv has them.
 constexpr int kCaches = 14, kMaxPorts = 8, kKeys = 256, kLatency = 3;
 
 using Bench = Clocked<Vtb_cache>;

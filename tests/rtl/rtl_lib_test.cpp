@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "testbench/cosim/clocked.hpp"
-#include "testbench/cosim/hold_off.hpp"
+#include "testbench/sim/clocked.hpp"
+#include "testbench/sim/hold_off.hpp"
 #include "Vtb_lib.h"
 
 namespace retrace::cosim {
@@ -16,7 +16,7 @@ namespace {
 
 using Bench = Clocked<Vtb_lib>;
 
-// In the order of testbench/cosim/sv/tb_lib.sv.
+// In the order of testbench/sim/sv/tb_lib.sv.
 constexpr std::array kStreamNames{"skid",       "fifo 1",      "fifo 2",     "fifo 3", "fifo 16",
                                   "fifo ram 4", "fifo ram 60", "pipe 1",     "pipe 2", "pipe 5",
                                   "pipe 30",    "pipe 7 / 3",  "pipe 8 / 2", "queue",  "turn and queue"};

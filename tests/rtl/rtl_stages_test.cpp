@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "golden/scene/kd_builder.hpp"
+#include "golden/tree/kd_builder.hpp"
 #include "scenes/open_scene.hpp"
-#include "testbench/cosim/clocked.hpp"
-#include "testbench/cosim/scene_vectors.hpp"
-#include "testbench/cosim/stage_bench.hpp"
-#include "testbench/csim/random.hpp"
-#include "testbench/csim/test_rays.hpp"
+#include "testbench/kit/random.hpp"
+#include "testbench/kit/test_rays.hpp"
+#include "testbench/sim/clocked.hpp"
+#include "testbench/stages/scene_vectors.hpp"
+#include "testbench/stages/stage_bench.hpp"
 #include "Vtb_lib.h"
 
 namespace retrace::cosim {

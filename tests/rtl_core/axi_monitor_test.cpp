@@ -1,6 +1,6 @@
 // The bench itself: the monitors name every rule that is broken and nothing else, the memory obeys them in all its moods, honours strobes and
 // answers out of order. No core is simulated here. Seeds: RETRACE_SEED.
-#include "testbench/cosim/core/axi_monitor.hpp"
+#include "testbench/sim/core/axi_monitor.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <map>
 #include <set>
 
-#include "testbench/cosim/core/axi_lite_master.hpp"
-#include "testbench/cosim/core/axi_memory.hpp"
+#include "testbench/sim/core/axi_lite_master.hpp"
+#include "testbench/sim/core/axi_memory.hpp"
 
 namespace {
 

@@ -7,13 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "golden/scene/kd_builder.hpp"
-#include "golden/scene/view.hpp"
+#include "golden/render/view.hpp"
+#include "golden/tree/kd_builder.hpp"
 #include "scenes/open_scene.hpp"
-#include "testbench/cosim/core/axi_memory.hpp"
 #include "testbench/csim/csim_engine.hpp"
-#include "testbench/csim/random.hpp"
-#include "testbench/csim/test_rays.hpp"
+#include "testbench/kit/random.hpp"
+#include "testbench/kit/test_rays.hpp"
+#include "testbench/sim/core/axi_memory.hpp"
 
 namespace retrace::rtl_core_test {
 

@@ -13,7 +13,8 @@
 #include <utility>
 
 #include "rtl/regs/rt_regs.h"
-#include "testbench/cosim/core/core_driver.hpp"
+#include "testbench/driver/core_driver.hpp"
+#include "testbench/sim/core/simulated_device.hpp"
 #include "tests/rtl_core/frames.hpp"
 
 namespace {

@@ -6,8 +6,9 @@
 #include <ostream>
 #include <set>
 
-#include "testbench/cosim/core/core_description.hpp"
-#include "testbench/cosim/core/core_driver.hpp"
+#include "testbench/driver/core_driver.hpp"
+#include "testbench/sim/core/core_description.hpp"
+#include "testbench/sim/core/simulated_device.hpp"
 #include "tests/rtl_core/frames.hpp"
 
 namespace {

@@ -6,8 +6,9 @@
 #include <cstddef>
 
 #include "rtl/regs/rt_regs.h"
-#include "testbench/cosim/core/rtl_engine.hpp"
 #include "testbench/csim/csim_engine.hpp"
+#include "testbench/sim/core/rtl_engine.hpp"
+#include "testbench/sim/core/simulated_device.hpp"
 #include "tests/rtl_core/frames.hpp"
 
 namespace {

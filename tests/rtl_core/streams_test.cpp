@@ -1,4 +1,4 @@
-// The core of streams without its AXI shell: rays of a test pattern in, a checksum of hits out (testbench/cosim/sv/tb_streams.sv), a memory of a few
+// The core of streams without its AXI shell: rays of a test pattern in, a checksum of hits out (testbench/sim/sv/tb_streams.sv), a memory of a few
 // lines behind the one memory port. The checksum is that of the kernel's hits, whoever holds up whom and however long the core's own ways are.
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <map>
 #include <utility>
 
-#include "testbench/cosim/clocked.hpp"
+#include "testbench/sim/clocked.hpp"
 #include "tests/rtl_core/frames.hpp"
 #include "Vtb_streams_deep.h"
 #include "Vtb_streams_none.h"
@@ -22,7 +22,7 @@ constexpr std::uint64_t kImageBase = 0x123456fc0;  // a multiple of 64 that ends
 constexpr int kRayFault = 1;
 constexpr unsigned kContexts = 64, kInFlight = kContexts + 64;  // of configuration small; rt_core's bound
 
-/// Rays as testbench/cosim/sv/tb_pattern_source.sv makes them.
+/// Rays as testbench/sim/sv/tb_pattern_source.sv makes them.
 struct Pattern {
   std::array<std::int32_t, 6> base{}, step_x{}, step_y{};
   std::uint32_t width = 1, height = 1, t_max = (1u << 27) - 1;
@@ -58,7 +58,7 @@ Pattern camera(const GridScene& grid, std::uint32_t width, std::uint32_t height)
   return p;
 }
 
-/// FNV-1a of a hit and its tag, as testbench/cosim/sv/tb_checksum_sink.sv has it.
+/// FNV-1a of a hit and its tag, as testbench/sim/sv/tb_checksum_sink.sv has it.
 std::uint64_t hash(std::uint32_t tag, const std::uint64_t* hit) {
   std::uint64_t h = 0xcbf29ce484222325;
   const auto bytes = [&](std::uint64_t word, int count) {

@@ -9,10 +9,10 @@
 #include <map>
 #include <sstream>
 
+#include "golden/gltf/glb_writer.hpp"
+#include "golden/gltf/gltf_loader.hpp"
+#include "golden/render/view.hpp"
 #include "golden/scene/geometry.hpp"
-#include "golden/scene/gltf_loader.hpp"
-#include "golden/scene/view.hpp"
-#include "scenes/glb_writer.hpp"
 
 namespace retrace {
 namespace {

@@ -11,7 +11,7 @@
 #include "hls/include/contract.hpp"
 #include "scenes/generators.hpp"
 #include "scenes/shapes.hpp"
-#include "testbench/csim/random.hpp"
+#include "testbench/kit/random.hpp"
 
 namespace retrace {
 namespace {

@@ -1,6 +1,6 @@
 #include "hls/stages/kd_backtrack.hpp"
 
-#include "golden/stages/kd_backtrack.hpp"
+#include "golden/engine/stages/kd_backtrack.hpp"
 #include "stage_test.hpp"
 
 namespace retrace {

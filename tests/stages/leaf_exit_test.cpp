@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "golden/stages/leaf_exit.hpp"
+#include "golden/engine/stages/leaf_exit.hpp"
 #include "stage_test.hpp"
-#include "testbench/csim/reference.hpp"
+#include "testbench/kit/reference.hpp"
 
 namespace retrace {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "golden/stages/ray_setup.hpp"
+#include "golden/engine/stages/ray_setup.hpp"
 #include "stage_test.hpp"
 
 namespace retrace {

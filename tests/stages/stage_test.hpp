@@ -2,9 +2,9 @@
 #pragma once
 #include <gtest/gtest.h>
 
-#include "golden/scene/contract_records.hpp"
+#include "golden/contract/contract_records.hpp"
 #include "hls/include/contract_types.hpp"
-#include "testbench/csim/stage_vectors.hpp"
+#include "testbench/kit/stage_vectors.hpp"
 
 namespace retrace {
 

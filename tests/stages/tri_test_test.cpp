@@ -2,10 +2,10 @@
 
 #include <cmath>
 
-#include "golden/compare.hpp"
-#include "golden/scene/kd_builder.hpp"
+#include "golden/compare/compare.hpp"
+#include "golden/tree/kd_builder.hpp"
 #include "stage_test.hpp"
-#include "testbench/csim/test_rays.hpp"
+#include "testbench/kit/test_rays.hpp"
 
 namespace retrace {
 namespace {

@@ -1,0 +1,269 @@
+// The golden model: double precision over the snapped scene and the quantised rays, with the tree of the memory image.
+// Three walks over one tree: a stack (the yardstick), kd-backtrack with parent links, kd-backtrack with face links.
+// Source: Foley & Sugerman 2005; Lee 2007; for the stack Kaplan 1985 and Havran 2000, appendix C.
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+
+#include "engine.hpp"
+#include "golden/tree/kd_builder.hpp"
+#include "stages/hit_finish.hpp"
+#include "stages/kd_backtrack.hpp"
+#include "stages/kd_descend.hpp"
+#include "stages/leaf_exit.hpp"
+#include "stages/ray_setup.hpp"
+#include "stages/tri_test.hpp"
+
+namespace retrace {
+namespace {
+
+using namespace golden;
+
+constexpr double kPositionUnit = 1.0 / (1 << contract::kPositionFrac);
+constexpr std::size_t kBlock = 1024;  // rays a task takes at a time
+
+/// A node of the image with its plane in double.
+struct FastNode {
+  double split;
+  std::uint32_t child_axis;  // left child or leaf record, times 4, and the axis
+  std::uint32_t parent;
+
+  int axis() const { return static_cast<int>(child_axis & 3u); }
+  std::uint32_t child() const { return child_axis >> 2; }
+  bool is_leaf() const { return axis() == contract::kAxisLeaf; }
+};
+
+struct ReferenceRange {
+  std::uint32_t first, count;
+};
+
+struct LeafGeometry {
+  std::array<double, 6> bound;
+  std::array<std::int32_t, 6> plane;
+  std::array<std::uint32_t, 6> link;
+};
+
+/// Last triangles tested by a ray; find() is linear, as in hardware.
+class Mailbox {
+ public:
+  explicit Mailbox(int entries) : entries_(entries) {}
+  bool find_or_add(std::uint32_t index) {
+    for (int i = 0; i < used_; ++i)
+      if (slots_[i] == index) return true;
+    slots_[next_] = index;
+    next_ = (next_ + 1) % entries_;
+    used_ = std::min(used_ + 1, entries_);
+    return false;
+  }
+  static constexpr int kMaxEntries = 64;
+
+ private:
+  int entries_, used_ = 0, next_ = 0;
+  std::array<std::uint32_t, kMaxEntries> slots_;
+};
+
+class GoldenEngine final : public Engine {
+ public:
+  GoldenEngine(const GridScene& scene, const MemoryImage& image) {
+    const auto& header = image.header();
+    nodes_.resize(2 * header.pair_count);
+    for (std::uint32_t i = 0; i < header.pair_count; ++i) {
+      const auto pair = image.pair(i);
+      nodes_[2 * i] = make_node(pair.left_split, pair.left_axis, pair.left_child, pair.parent);
+      nodes_[2 * i + 1] = make_node(pair.right_split, pair.right_axis, pair.right_child, pair.parent);
+    }
+    ranges_.reserve(header.leaf_count);
+    leaves_.reserve(header.leaf_count);
+    for (std::uint32_t i = 0; i < header.leaf_count; ++i) {
+      const auto leaf = image.leaf(i);
+      LeafGeometry geometry;
+      for (int face = 0; face < 6; ++face) geometry.bound[face] = leaf.bound[face] * kPositionUnit;
+      geometry.plane = leaf.bound;
+      geometry.link = leaf.link;
+      leaves_.push_back(geometry);
+      ranges_.push_back({static_cast<std::uint32_t>(references_.size()), leaf.count});
+      for (std::uint32_t r = 0; r < leaf.count; ++r) references_.push_back(image.reference(leaf, r));
+    }
+    triangles_.reserve(header.triangle_count);
+    for (std::uint32_t i = 0; i < header.triangle_count; ++i) {
+      const std::uint32_t id = image.triangle(i).id;
+      const auto found = std::lower_bound(scene.triangles.begin(), scene.triangles.end(), id,
+                                          [](const GridTriangle& a, std::uint32_t b) { return a.id < b; });
+      if (found == scene.triangles.end() || found->id != id)
+        throw Error("golden engine: triangle " + std::to_string(id) + " of the image is not in the scene");
+      std::array<int, 3> order;
+      make_unit_triangle(*found, &order);
+      triangles_.push_back(make_triangle(*found, order));
+    }
+    max_depth_ = header.max_depth;
+    for (int face = 0; face < 6; ++face) box_[face] = static_cast<std::int32_t>(header.box[face]) * kPositionUnit;
+  }
+
+  std::string name() const override { return "golden"; }
+
+  void trace(std::span<const GridRay> rays, std::span<Hit> hits, std::span<RayWork> work,
+             const TraceOptions& options) override {
+    if (hits.size() != rays.size() || (!work.empty() && work.size() != rays.size()))
+      throw Error("golden engine: sizes of rays, hits and work differ");
+    if (options.mailbox < 0 || options.mailbox > Mailbox::kMaxEntries)
+      throw Error("golden engine: mailbox must have 0 to " + std::to_string(Mailbox::kMaxEntries) + " entries");
+    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+    arena.execute([&] {
+      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rays.size(), kBlock), [&](const auto& range) {
+        for (std::size_t i = range.begin(); i != range.end(); ++i) {
+          RayWork count;
+          hits[i] = rays[i].outside ? Hit{} : trace_one(rays[i].record, options, count);
+          if (!work.empty()) work[i] = count;
+        }
+        if (options.done) *options.done += range.size();
+      });
+    });
+  }
+
+ private:
+  static FastNode make_node(std::int32_t split, std::uint32_t axis, std::uint32_t child, std::uint32_t parent) {
+    const bool leaf = axis == contract::kAxisLeaf;
+    return {split * kPositionUnit, (leaf ? child : 2 * child) * 4 + axis, parent};
+  }
+
+  Hit trace_one(const contract::RayRecord& record, const TraceOptions& options, RayWork& work) const {
+    const RayState ray = ray_setup(record);
+    Candidate best{};
+    best.t = ray.t_max;
+    if (options.mailbox > 0) {
+      Mailbox mailbox(options.mailbox);
+      walk(ray, options.way_up, best, work, &mailbox);
+    } else {
+      walk(ray, options.way_up, best, work, static_cast<Mailbox*>(nullptr));
+    }
+    return best.triangle == nullptr ? Hit{} : hit_finish(best);
+  }
+
+  void walk(const RayState& ray, WayUp way_up, Candidate& best, RayWork& work, Mailbox* mailbox) const {
+    if (way_up == WayUp::kStack) {
+      walk_with_stack(ray, best, work, mailbox);
+    } else {
+      walk_without_stack(ray, way_up == WayUp::kParentLinks, best, work, mailbox);
+    }
+  }
+
+  /// Tests the references of a leaf. True if the ray is finished (any-hit).
+  bool test_leaf(std::uint32_t leaf, const RayState& ray, Candidate& best, RayWork& work, Mailbox* mailbox) const {
+    const auto [first, count] = ranges_[leaf];
+    ++work.leaf;
+    for (std::uint32_t i = first; i < first + count; ++i) {
+      const std::uint32_t index = references_[i];
+      if (mailbox && mailbox->find_or_add(index)) {
+        ++work.skipped;
+        continue;
+      }
+      ++work.tests;
+      const Triangle& triangle = triangles_[index];
+      if (&triangle == best.triangle) continue;  // the best hit so far, met again in the next leaf
+      Candidate candidate;
+      if (!tri_test(triangle, ray, best.t, candidate) || !is_nearer(candidate, best, ray)) continue;
+      best = candidate;
+      if (ray.any) return true;
+    }
+    return false;
+  }
+
+  /// The customary walk: far children that the segment reaches go on a stack with the segment's end.
+  void walk_with_stack(const RayState& ray, Candidate& best, RayWork& work, Mailbox* mailbox) const {
+    struct Entry {
+      std::uint32_t node;
+      double t, t_end;
+    };
+    constexpr std::size_t kInlineDepth = 96;
+    std::array<Entry, kInlineDepth> small;
+    std::vector<Entry> large;
+    Entry* stack = small.data();
+    if (max_depth_ > kInlineDepth) {
+      large.resize(max_depth_);
+      stack = large.data();
+    }
+    std::size_t height = 0;
+    std::uint32_t node = 0;
+    double t = 0.0, t_end = leaf_exit(ray, box_).t_exit;
+    while (true) {
+      const FastNode& at = nodes_[node];
+      if (!at.is_leaf()) {
+        ++work.down;
+        const int axis = at.axis();
+        const double plane = t_plane(ray, axis, at.split);
+        node = kd_descend(ray, axis, plane, at.child(), t);
+        if (t < plane && plane < t_end) {
+          stack[height++] = {node ^ 1u, plane, t_end};
+          t_end = plane;
+        }
+        continue;
+      }
+      if (test_leaf(at.child(), ray, best, work, mailbox) || best.t <= t_end || height == 0) return;
+      const Entry& entry = stack[--height];
+      node = entry.node;
+      t = entry.t;
+      t_end = entry.t_end;
+    }
+  }
+
+  /// kd-backtrack: no stack, no boxes; the exit face of the leaf names the ancestor to turn at.
+  void walk_without_stack(const RayState& ray, bool parent_links, Candidate& best, RayWork& work,
+                          Mailbox* mailbox) const {
+    std::uint32_t node = 0;
+    double t = 0.0;
+    while (true) {
+      while (!nodes_[node].is_leaf()) {
+        ++work.down;
+        const FastNode& at = nodes_[node];
+        const int axis = at.axis();
+        node = kd_descend(ray, axis, t_plane(ray, axis, at.split), at.child(), t);
+      }
+      const std::uint32_t leaf = nodes_[node].child();
+      const LeafExit exit = leaf_exit(ray, leaves_[leaf].bound);
+      assert(exit.t_exit >= t);
+      if (test_leaf(leaf, ray, best, work, mailbox) || best.t <= exit.t_exit) return;
+      t = exit.t_exit;
+      if (parent_links) {
+        if (!climb(leaves_[leaf].plane[exit.face], exit.face, node, work)) return;
+      } else {
+        node = leaves_[leaf].link[exit.face];
+        if (node == 0) return;
+      }
+    }
+  }
+
+  /// Follows parent links from `node` to the far child of the ancestor whose plane is the exit face; false past the root.
+  bool climb(std::int32_t plane, int face, std::uint32_t& node, RayWork& work) const {
+    while (node != 0) {
+      const std::uint32_t parent = nodes_[node].parent;
+      const FastNode& at = nodes_[parent];
+      ++work.up;
+      if (kd_backtrack(face, plane, node, at.axis(), static_cast<std::int32_t>(at.split / kPositionUnit))) {
+        node = at.child() + static_cast<std::uint32_t>(face & 1);
+        return true;
+      }
+      node = parent;
+    }
+    return false;
+  }
+
+  std::vector<FastNode> nodes_;
+  std::vector<ReferenceRange> ranges_;
+  std::vector<LeafGeometry> leaves_;
+  std::vector<std::uint32_t> references_;
+  std::vector<Triangle> triangles_;
+  std::array<double, 6> box_{};
+  std::size_t max_depth_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Engine> make_golden_engine(const GridScene& scene, const MemoryImage& image) {
+  return std::make_unique<GoldenEngine>(scene, image);
+}
+
+}  // namespace retrace

@@ -1,0 +1,130 @@
+// Loading scenes, small text, see workspace.hpp.
+#include "testbench/program/workspace.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+
+#include "golden/gltf/gltf_loader.hpp"
+#include "golden/tree/kd_builder.hpp"
+#include "scenes/generators.hpp"
+#include "scenes/open_scene.hpp"
+#include "testbench/program/progress.hpp"
+
+namespace retrace::cli {
+namespace {
+
+bool is_generator(const std::string& scene) {
+  const std::string name = scene.substr(0, scene.find(':'));
+  const auto generators = scene_generators();
+  return std::any_of(generators.begin(), generators.end(), [&](const SceneGenerator& g) { return g.name == name; });
+}
+
+}  // namespace
+
+bool is_memory_image(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) throw Error("cannot read " + path.string() + ": it is a folder");
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error("cannot read " + path.string() + ": " + std::strerror(errno));
+  std::array<unsigned char, 4> bytes{};
+  file.read(reinterpret_cast<char*>(bytes.data()), bytes.size());
+  const std::uint32_t word = bytes[0] | bytes[1] << 8 | bytes[2] << 16 | static_cast<std::uint32_t>(bytes[3]) << 24;
+  return file.gcount() == 4 && word == static_cast<std::uint32_t>(contract::kImageMagic);
+}
+
+LoadedScene load_scene(const std::string& scene, const Common& common, bool textures) {
+  LoadedScene loaded;
+  const double load_start = now();
+  std::error_code ignored;
+  const bool is_file = std::filesystem::exists(scene, ignored);
+  if (!is_file && is_generator(scene)) {
+    loaded.name = scene;
+    loaded.scene = open_scene(scene);
+    loaded.scene.name = scene;
+  } else {
+    const std::filesystem::path path = scene;
+    if (is_memory_image(path)) {
+      throw Error(
+          scene +
+          " is a packed image: it holds no vertices, materials or cameras; name the glTF file it was made from");
+    }
+    loaded.name = path.stem().string();
+    std::vector<std::string> notes;
+    GltfOptions options;
+    options.textures = textures;
+    options.posed = true;
+    loaded.scene = load_gltf(path, options, &notes);
+    for (const std::string& text : notes) note(common, text);
+  }
+  loaded.world = flatten(loaded.scene);
+  loaded.grid = snap(loaded.world);
+  loaded.load_s = now() - load_start;
+  if (loaded.grid.degenerate > 0) {
+    note(common, loaded.name + ": " + with_commas(loaded.grid.degenerate) + " of " +
+                     with_commas(loaded.world.vertices.size()) +
+                     " triangles have no area on the grid and are left out");
+  }
+  Progress progress("build " + loaded.name, common.quiet);
+  BuildOptions options;
+  options.progress = [&](double fraction) { progress.update(fraction); };
+  const double build_start = now();
+  loaded.image = build_kd(loaded.grid, options);
+  loaded.build_s = now() - build_start;
+  return loaded;
+}
+
+nlohmann::ordered_json scene_json(const LoadedScene& scene) {
+  return {{"file", scene.scene.name},
+          {"triangles", scene.world.vertices.size()},
+          {"degenerate", scene.grid.degenerate},
+          {"image_bytes", scene.image.bytes()},
+          {"load_s", scene.load_s},
+          {"build_s", scene.build_s}};
+}
+
+Size parse_size(const std::string& text) {
+  Size size;
+  const char *begin = text.data(), *end = begin + text.size();
+  const auto [middle, first] = std::from_chars(begin, end, size.width);
+  bool ok = first == std::errc() && middle != end && (*middle == 'x' || *middle == 'X');
+  if (ok) {
+    const auto [last, second] = std::from_chars(middle + 1, end, size.height);
+    ok = second == std::errc() && last == end;
+  }
+  constexpr int kLargest = 16384;
+  if (!ok || size.width < 1 || size.height < 1 || size.width > kLargest || size.height > kLargest) {
+    throw UsageError("--size takes WIDTHxHEIGHT with both from 1 to 16384, not '" + text + "'");
+  }
+  return size;
+}
+
+std::string with_commas(std::uint64_t value) {
+  std::string text = std::to_string(value);
+  for (auto i = static_cast<std::ptrdiff_t>(text.size()) - 3; i > 0; i -= 3)
+    text.insert(static_cast<std::size_t>(i), ",");
+  return text;
+}
+
+std::string with_unit(double value) {
+  static constexpr std::array<const char*, 4> kUnits = {"", " k", " M", " G"};
+  std::size_t unit = 0;
+  while (unit + 1 < kUnits.size() && value >= 999.5) {
+    value /= 1000;
+    ++unit;
+  }
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g%s", value, kUnits[unit]);
+  return text;
+}
+
+void note(const Common& common, const std::string& text) {
+  if (!common.quiet) std::fprintf(stderr, "retrace: %s\n", text.c_str());
+}
+
+}  // namespace retrace::cli

@@ -1,0 +1,61 @@
+// What every subcommand starts with: a scene file loaded, snapped and built, and what the user is told about it.
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "golden/base/clock.hpp"
+#include "golden/engine/engine.hpp"
+#include "golden/scene/geometry.hpp"
+#include "golden/scene/scene.hpp"
+#include "golden/tree/memory_image.hpp"
+
+namespace retrace::cli {
+
+using retrace::UsageError;
+
+/// Options that all subcommands share.
+struct Common {
+  int threads = 0;     ///< 0: all cores
+  bool quiet = false;  ///< no progress, no notes
+};
+
+struct LoadedScene {
+  std::string name;  ///< file name without folder and extension, or the generator's
+  Scene scene;
+  WorldTriangles world;
+  GridScene grid;
+  MemoryImage image;
+  double load_s = 0, build_s = 0;
+};
+
+/// What --help says about SCENE.
+inline constexpr const char* kSceneHelp =
+    "glTF file (.gltf, .glb), or a scene of the project's own: knot, room:detail=0.2";
+
+/// Whether the file starts with the magic number of a memory image. Throws Error if it cannot be read.
+bool is_memory_image(const std::filesystem::path& path);
+
+/// Loads, flattens and snaps a scene and builds its image. A scene is a glTF file or, where there is no such file, the name of a generator
+/// with parameters (scenes/open_scene.hpp). Throws Error; a packed image is an Error that says what can be done with it.
+LoadedScene load_scene(const std::string& scene, const Common& common, bool textures = true);
+
+/// {"file", "triangles", "degenerate", "image_bytes", "load_s", "build_s"}.
+nlohmann::ordered_json scene_json(const LoadedScene& scene);
+
+struct Size {
+  int width = 640, height = 480;
+};
+/// "WxH" with both in 1..16384. Throws UsageError.
+Size parse_size(const std::string& text);
+
+std::string with_commas(std::uint64_t value);
+/// 1234567 -> "1.23 M".
+std::string with_unit(double value);
+/// Notes on standard error: "retrace: note".
+void note(const Common& common, const std::string& text);
+
+}  // namespace retrace::cli

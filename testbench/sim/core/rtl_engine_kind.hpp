@@ -1,0 +1,116 @@
+// The engine `rtl` for the program's table of engines (testbench/program/engines.cpp): its name, its options, how it is made.
+#pragma once
+#include <charconv>
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "testbench/program/engines.hpp"
+#include "testbench/program/workspace.hpp"
+#include "testbench/sim/core/rtl_engine.hpp"
+
+namespace retrace::cli {
+
+/// Comma-separated KEY=VALUE: latency=CLOCKS or latency=FROM-TO (drawn for each burst, and answers are mixed), bytes=BYTES a clock. Throws
+/// UsageError.
+inline cosim::MemoryOptions parse_memory(const std::string& text) {
+  const auto refuse = [&]() -> UsageError {
+    return UsageError(
+        "--memory takes latency=CLOCKS or latency=FROM-TO with 1 to 100000 clocks, and bytes=BYTES a clock from 0.1 to "
+        "16, as in latency=40,bytes=8, not '" +
+        text + "'");
+  };
+  const auto number = [&](std::string_view digits, auto& value) {
+    const auto [end, status] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    if (status != std::errc() || end != digits.data() + digits.size()) throw refuse();
+  };
+  cosim::MemoryOptions memory;
+  std::string_view rest = text;
+  for (bool more = true; more;) {
+    const std::size_t comma = rest.find(',');
+    const std::string_view item = rest.substr(0, comma);
+    more = comma != std::string_view::npos;
+    if (more) rest.remove_prefix(comma + 1);
+    const std::size_t equals = item.find('=');
+    if (equals == std::string_view::npos) throw refuse();
+    const std::string_view key = item.substr(0, equals), value = item.substr(equals + 1);
+    if (key == "latency") {
+      const std::size_t dash = value.find('-', 1);
+      number(value.substr(0, dash), memory.latency_min);
+      memory.latency_max = memory.latency_min;
+      memory.reorder = dash != std::string_view::npos;
+      if (memory.reorder) number(value.substr(dash + 1), memory.latency_max);
+      if (memory.latency_min < 1 || memory.latency_max < memory.latency_min || memory.latency_max > 100000)
+        throw refuse();
+    } else if (key == "bytes") {
+      number(value, memory.bytes_per_clock);
+      if (!(memory.bytes_per_clock >= 0.1 && memory.bytes_per_clock <= 16)) throw refuse();
+    } else {
+      throw refuse();
+    }
+  }
+  return memory;
+}
+
+/// Throws UsageError that lists the configurations that were built.
+inline void check_configuration(const std::string& name) {
+  std::string known;
+  for (const std::string& each : cosim::core_configurations()) {
+    if (each == name) return;
+    known += (known.empty() ? "" : ", ") + each;
+  }
+  throw UsageError("there is no configuration '" + name + "' of the RTL core; built are: " + known);
+}
+
+inline EngineKind rtl_engine_kind() {
+  struct Options {
+    RtlOptions rtl;
+    std::string memory = "latency=40";
+  };
+  auto options = std::make_shared<Options>();
+  EngineKind kind;
+  kind.name = "rtl";
+  kind.help = "the RTL core in Verilator; argument: its configuration";
+  kind.takes_argument = true;
+  kind.counts_work = false;
+  kind.summary = [](const Engine& engine) {
+    const auto& rtl = dynamic_cast<const RtlEngine&>(engine);
+    const auto& c = rtl.counters();
+    char per_ray[32];
+    std::snprintf(per_ray, sizeof per_ray, "%.2f", c.rays > 0 ? double(c.clocks) / double(c.rays) : 0.0);
+    return with_commas(c.clocks) + " clocks for " + with_commas(c.rays) + " rays, " + per_ray + " clocks a ray, " +
+           with_unit(rtl.simulation_seconds() > 0 ? double(rtl.simulated_clocks()) / rtl.simulation_seconds() : 0.0) +
+           " simulated clocks/s";
+  };
+  kind.add_options = [options](CLI::App& command) {
+    command.add_option("--config", options->rtl.configuration, "Configuration of the RTL core")
+        ->capture_default_str()
+        ->group("Engine rtl");
+    command
+        .add_option("--memory", options->memory,
+                    "Its memory: latency in clocks (or FROM-TO), bytes a clock (the bus unless given)")
+        ->capture_default_str()
+        ->group("Engine rtl");
+    command.add_option("--waves", options->rtl.waves, "Waves of the whole run (FST)")->group("Engine rtl");
+  };
+  kind.check = [options](const std::string& argument) {
+    check_configuration(argument.empty() ? options->rtl.configuration : argument);
+    parse_memory(options->memory);
+#ifndef RETRACE_RTL_WAVES
+    if (!options->rtl.waves.empty())
+      throw UsageError("--waves: this program was built without waves; configure with -DRETRACE_RTL_WAVES=ON");
+#endif
+  };
+  kind.make = [options](const GridScene&, const MemoryImage& image,
+                        const std::string& argument) -> std::unique_ptr<Engine> {
+    RtlOptions rtl = options->rtl;
+    if (!argument.empty()) rtl.configuration = argument;
+    rtl.memory = parse_memory(options->memory);
+    return make_rtl_engine(image, rtl);
+  };
+  return kind;
+}
+
+}  // namespace retrace::cli
