@@ -1,50 +1,22 @@
 // CoreModel over one Verilated top; instantiated once for each configuration (core_model_config.cpp.in).
 #pragma once
-#include <verilated.h>
-#ifdef RETRACE_RTL_WAVES
-#include <verilated_fst_c.h>
-#endif
-
-#include <memory>
+#include <cstdint>
 #include <string>
 #include <type_traits>
+#include <utility>
 
-#include "golden/scene/geometry.hpp"
 #include "testbench/sim/core/core_model.hpp"
-#include "testbench/sim/coverage.hpp"
+#include "testbench/sim/verilated_top.hpp"
 
 namespace retrace::cosim {
 
 template <typename Model>
 class CoreModelOf final : public CoreModel {
  public:
-  CoreModelOf(std::uint64_t seed, const std::string& waves) : context_(std::make_unique<VerilatedContext>()) {
-    context_->randReset(2);
-    context_->randSeed(static_cast<int>(seed % 0x7fffffff) + 1);
-    context_->fatalOnError(false);
-#ifdef RETRACE_RTL_WAVES
-    context_->traceEverOn(!waves.empty());
-#else
-    if (!waves.empty()) throw Error("rtl core: built without waves; configure with -DRETRACE_RTL_WAVES=ON");
-#endif
-    model_ = std::make_unique<Model>(context_.get());
+  CoreModelOf(std::uint64_t seed, const std::string& waves) : model_(seed, waves) {
     model_->clk_i = 0;
     model_->rst_ni = 0;
-#ifdef RETRACE_RTL_WAVES
-    if (!waves.empty()) {
-      waves_ = std::make_unique<VerilatedFstC>();
-      model_->trace(waves_.get(), 99);
-      waves_->open(waves.c_str());
-    }
-#endif
-    model_->eval();
-  }
-  ~CoreModelOf() override {
-    model_->final();
-    save_coverage(*context_);
-#ifdef RETRACE_RTL_WAVES
-    if (waves_) waves_->close();
-#endif
+    model_.eval();
   }
 
   // Verilator settles the logic behind the inputs before it looks at the clock, so inputs and edge go into one evaluation.
@@ -77,8 +49,7 @@ class CoreModelOf final : public CoreModel {
       m.axi_r_data_i = in.axi.r_data[0];
     }
     m.clk_i = 1;
-    m.eval();
-    dump(10 * clocks_ + 5);
+    model_.eval(10 * clocks_ + 5);
     out.irq = m.irq_o;
     out.lite.aw_ready = m.axil_aw_ready_o;
     out.lite.w_ready = m.axil_w_ready_o;
@@ -118,28 +89,18 @@ class CoreModelOf final : public CoreModel {
       }
     }
     m.clk_i = 0;
-    m.eval();
-    dump(10 * clocks_ + 10);
+    model_.eval(10 * clocks_ + 10);
     ++clocks_;
   }
   int data_bytes() const override { return kWide ? 16 : 8; }
   std::uint64_t clocks() const override { return clocks_; }
-  bool failed() const override { return context_->gotError() || context_->gotFinish(); }
+  bool failed() const override { return model_.failed(); }
 
  private:
   static constexpr bool kWide =
       !std::is_integral_v<std::remove_reference_t<decltype(std::declval<Model>().axi_r_data_i)>>;
 
-  std::unique_ptr<VerilatedContext> context_;
-  std::unique_ptr<Model> model_;
-#ifdef RETRACE_RTL_WAVES
-  void dump(std::uint64_t time) {
-    if (waves_) waves_->dump(time);
-  }
-  std::unique_ptr<VerilatedFstC> waves_;
-#else
-  void dump(std::uint64_t) {}
-#endif
+  VerilatedTop<Model> model_;
   std::uint64_t clocks_ = 0;
 };
 
