@@ -1,14 +1,13 @@
 // C-simulation testbench of the stage tops: vectors through the streaming tops, results compared with plain integers.
-// usage: tb_stages [VECTORS [SEED [STAGE]]]; returns 0 on success, as csim_design, cosim_design and ctest expect.
+// Returns 0 on success.
 #include <hls_stream.h>
 
 #include <cinttypes>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
 #include <string>
 
 #include "testbench/csim/stage_tops.hpp"
+#include "testbench/kit/command_line.hpp"
 #include "testbench/kit/reference.hpp"
 #include "testbench/kit/stage_vectors.hpp"
 
@@ -47,9 +46,9 @@ void print(const char* title, Record record) {
 }
 
 template <typename InWord, typename OutWord, typename Vector, typename Reference>
-bool run(const char* stage, const char* only, std::uint64_t vectors, std::uint64_t seed,
+bool run(const char* stage, const std::string& only, std::uint64_t vectors, std::uint64_t seed,
          void (*top)(hls::stream<InWord>&, hls::stream<OutWord>&), Vector vector, Reference reference) {
-  if (only && std::strcmp(only, stage) != 0) return true;
+  if (!only.empty() && only != stage) return true;
   Random random(seed);
   hls::stream<InWord> in("in");
   hls::stream<OutWord> out("out");
@@ -74,18 +73,23 @@ bool run(const char* stage, const char* only, std::uint64_t vectors, std::uint64
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::uint64_t vectors = argc > 1 ? std::strtoull(argv[1], nullptr, 0) : 20000;
-  const std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 0) : retrace::test_seed();
-  const char* only = argc > 3 ? argv[3] : nullptr;
-  bool good = true;
-#define RUN(stage) \
-  good &= run(#stage, only, vectors, seed, stage##_top, retrace::stage##_vector, retrace::reference::stage)
-  RUN(ray_setup);
-  RUN(kd_descend);
-  RUN(leaf_exit);
-  RUN(kd_backtrack);
-  RUN(tri_test);
-  RUN(hit_finish);
+  std::uint64_t vectors = 20000, seed = retrace::test_seed();
+  std::string stage;
+  CLI::App app("The streaming tops of the stages against plain integers.", "tb_stages");
+  app.add_option("vectors", vectors, "Vectors a stage")->capture_default_str();
+  app.add_option("seed", seed, "Default: RETRACE_SEED")->capture_default_str();
+  app.add_option("stage", stage, "One stage; default: all")
+      ->check(CLI::IsMember({"ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish"}));
+  return retrace::run_program(app, argc, argv, [&] {
+    bool good = true;
+#define RUN(name) good &= run(#name, stage, vectors, seed, name##_top, retrace::name##_vector, retrace::reference::name)
+    RUN(ray_setup);
+    RUN(kd_descend);
+    RUN(leaf_exit);
+    RUN(kd_backtrack);
+    RUN(tri_test);
+    RUN(hit_finish);
 #undef RUN
-  return good ? 0 : 1;
+    return good ? 0 : 1;
+  });
 }

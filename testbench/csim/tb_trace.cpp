@@ -1,12 +1,10 @@
 // C-simulation testbench of the full kernel: rays of every awkward kind through retrace_trace, compared with brute
-// force over all triangles with the same test, and across the kernel's modes, bit for bit. usage: tb_trace [SCENE [SEED
-// [RAYS]]]; SCENE is a glTF file or the name of a generated scene. Returns 0 on success.
+// force over all triangles with the same test, and across the kernel's modes, bit for bit. Returns 0 on success.
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cinttypes>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 
 #include "csim_engine.hpp"
@@ -14,6 +12,7 @@
 #include "golden/tree/traced_scene.hpp"
 #include "scenes/open_scene.hpp"
 #include "testbench/kit/brute_force.hpp"
+#include "testbench/kit/command_line.hpp"
 #include "testbench/kit/test_rays.hpp"
 
 namespace {
@@ -134,13 +133,13 @@ int run(const char* name, std::uint64_t seed, std::size_t count) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const char* name = argc > 1 ? argv[1] : "knot";
-  const std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 0) : test_seed();
-  const std::size_t count = argc > 3 ? std::strtoull(argv[3], nullptr, 0) : 9000;
-  try {
-    return run(name, seed, count);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "tb_trace: %s\n", error.what());
-    return 1;
-  }
+  std::string scene = "knot";
+  std::uint64_t seed = test_seed();
+  std::size_t rays = 9000;
+  CLI::App app("The full kernel against brute force over all triangles, and across its modes, bit for bit.",
+               "tb_trace");
+  app.add_option("scene", scene, "A glTF file or a generated scene")->capture_default_str();
+  app.add_option("seed", seed, "Default: RETRACE_SEED")->capture_default_str();
+  app.add_option("rays", rays)->capture_default_str();
+  return run_program(app, argc, argv, [&] { return run(scene.c_str(), seed, rays); });
 }

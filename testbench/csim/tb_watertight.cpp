@@ -1,10 +1,7 @@
 // C-simulation testbench: no ray from inside a closed mesh gets out. Rays are aimed at edges and vertices, where a test
-// that loses a bit too many would let them through. usage: tb_watertight [SCENE [SEED [RAYS [ENGINE]]]]
-// SCENE: a closed mesh (sphere, knot), a closed room with its camera inside, or one of closed_meshes.hpp (closed:box, closed:sphere,
-// closed:random, closed:sliver). ENGINE: csim (default) or golden; golden also gets rays exactly through edges and vertices.
+// that loses a bit too many would let them through.
 #include <cinttypes>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <functional>
 #include <memory>
@@ -15,6 +12,7 @@
 #include "golden/tree/traced_scene.hpp"
 #include "scenes/open_scene.hpp"
 #include "testbench/kit/closed_meshes.hpp"
+#include "testbench/kit/command_line.hpp"
 #include "testbench/kit/test_rays.hpp"
 
 namespace {
@@ -70,7 +68,6 @@ class Subject {
 
 int run(const std::string& name, std::uint64_t seed, std::size_t count, const std::string& engine_name) {
   const bool golden = engine_name == "golden";
-  if (!golden && engine_name != "csim") throw Error(engine_name + ": no such engine (csim, golden)");
   Random random(seed);
   const Subject subject(name, random);
   const GridScene& grid = subject.grid;
@@ -107,13 +104,18 @@ int run(const std::string& name, std::uint64_t seed, std::size_t count, const st
 }  // namespace
 
 int main(int argc, char** argv) {
-  const char* name = argc > 1 ? argv[1] : "sphere";
-  const std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 0) : test_seed();
-  const std::size_t count = argc > 3 ? std::strtoull(argv[3], nullptr, 0) : 100000;
-  try {
-    return run(name, seed, count, argc > 4 ? argv[4] : "csim");
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "tb_watertight: %s\n", error.what());
-    return 1;
-  }
+  std::string scene = "sphere", engine = "csim";
+  std::uint64_t seed = test_seed();
+  std::size_t rays = 100000;
+  CLI::App app("No ray from inside a closed mesh gets out.", "tb_watertight");
+  app.add_option("scene", scene,
+                 "A closed mesh (sphere, knot), a closed room with its camera inside, or closed:box, closed:sphere, "
+                 "closed:random, closed:sliver")
+      ->capture_default_str();
+  app.add_option("seed", seed, "Default: RETRACE_SEED")->capture_default_str();
+  app.add_option("rays", rays)->capture_default_str();
+  app.add_option("engine", engine, "golden also gets rays exactly through edges and vertices")
+      ->check(CLI::IsMember({"csim", "golden"}))
+      ->capture_default_str();
+  return run_program(app, argc, argv, [&] { return run(scene, seed, rays, engine); });
 }

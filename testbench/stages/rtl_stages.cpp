@@ -1,47 +1,41 @@
 // rtl_stages: any number of vectors through the verilated stages, compared with the HLS functions bit by bit, on all
 // cores. Vectors come in batches with seeds of their own, so that a failure is repeated from the start of its batch.
 // Exit code 1 on any difference.
+#include <tbb/blocked_range.h>
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
 #include <algorithm>
-#include <atomic>
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "golden/base/clock.hpp"
 #include "golden/tree/traced_scene.hpp"
 #include "scene_vectors.hpp"
 #include "scenes/open_scene.hpp"
 #include "stage_bench.hpp"
+#include "testbench/kit/command_line.hpp"
 #include "testbench/kit/test_rays.hpp"
 
 namespace {
 
 using namespace retrace::cosim;
 
-int run(int argc, char** argv) {
-  CLI::App app{"RTL stages against the HLS functions"};
+struct Arguments {
   std::vector<std::string> stages = stage_names();
   std::vector<std::string> modes = stall_mode_names();
   std::uint64_t vectors = 1'000'000, batch = 1'000'000, seed = retrace::test_seed();
-  unsigned threads = std::max(1u, std::thread::hardware_concurrency());
+  int threads = tbb::info::default_concurrency();
   bool json = false;
   std::string scene;
   std::size_t rays = 2000;
-  app.add_option("--stage", stages, "stages to run")->check(CLI::IsMember(stage_names()));
-  app.add_option("--mode", modes, "stalls")->check(CLI::IsMember(stall_mode_names()));
-  app.add_option("--vectors", vectors, "vectors a stage, over all modes")->check(CLI::PositiveNumber);
-  app.add_option("--batch", batch, "vectors a seed")->check(CLI::PositiveNumber);
-  app.add_option("--seed", seed, "seed of the first batch (or RETRACE_SEED)");
-  app.add_option("--threads", threads, "threads")->check(CLI::Range(1, 1024));
-  app.add_option("--scene", scene,
-                 "a scene (file, or NAME[:key=value...]): record what its rays give to the stages, and use that, once "
-                 "in each mode");
-  app.add_option("--rays", rays, "rays through the scene")->check(CLI::PositiveNumber);
-  app.add_flag("--json", json, "result as JSON: latency and interval as measured, vectors, vectors a second");
-  CLI11_PARSE(app, argc, argv);
+};
+
+int run(const Arguments& a) {
+  const auto& [stages, modes, vectors, batch, seed, threads, json, scene, rays] = a;
 
   SceneVectors walks;
   if (!scene.empty()) {
@@ -78,30 +72,32 @@ int run(int argc, char** argv) {
   };
   std::map<std::string, Total> totals;
   std::mutex mutex;
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t i = next++; i < runs.size(); i = next++) {
-      const double start = retrace::now();
-      const StageResult result = run_stage(runs[i]);
-      const double seconds = retrace::now() - start;
-      const std::lock_guard lock(mutex);
-      Total& total = totals[runs[i].stage];
-      total.vectors += result.vectors;
-      total.clocks += result.clocks;
-      total.seconds += seconds;
-      if (runs[i].mode == StallMode::kNone) {
-        total.latency = result.latency;
-        total.interval = result.interval;
-      }
-      if (!result.failure.empty()) {
-        total.failed = true;
-        std::fprintf(stderr, "%s\n", result.failure.c_str());
-      }
-    }
-  };
-  std::vector<std::thread> pool;
-  for (unsigned i = 0; i < threads; ++i) pool.emplace_back(work);
-  for (auto& thread : pool) thread.join();
+  tbb::task_arena arena(threads);
+  arena.execute([&] {
+    tbb::parallel_for(
+        tbb::blocked_range<std::size_t>(0, runs.size(), 1),
+        [&](const auto& range) {
+          for (std::size_t i = range.begin(); i < range.end(); ++i) {
+            const double start = retrace::now();
+            const StageResult result = run_stage(runs[i]);
+            const double seconds = retrace::now() - start;
+            const std::lock_guard lock(mutex);
+            Total& total = totals[runs[i].stage];
+            total.vectors += result.vectors;
+            total.clocks += result.clocks;
+            total.seconds += seconds;
+            if (runs[i].mode == StallMode::kNone) {
+              total.latency = result.latency;
+              total.interval = result.interval;
+            }
+            if (!result.failure.empty()) {
+              total.failed = true;
+              std::fprintf(stderr, "%s\n", result.failure.c_str());
+            }
+          }
+        },
+        tbb::simple_partitioner());
+  });
 
   bool failed = false;
   auto report = nlohmann::ordered_json::array();
@@ -129,10 +125,18 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    return run(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "rtl_stages: %s\n", error.what());
-    return 1;
-  }
+  Arguments a;
+  CLI::App app("RTL stages against the HLS functions.", "rtl_stages");
+  app.add_option("--stage", a.stages, "stages to run")->check(CLI::IsMember(stage_names()));
+  app.add_option("--mode", a.modes, "stalls")->check(CLI::IsMember(stall_mode_names()));
+  app.add_option("--vectors", a.vectors, "vectors a stage, over all modes")->check(CLI::PositiveNumber);
+  app.add_option("--batch", a.batch, "vectors a seed")->check(CLI::PositiveNumber);
+  app.add_option("--seed", a.seed, "seed of the first batch (or RETRACE_SEED)");
+  app.add_option("--threads", a.threads, "threads")->check(CLI::Range(1, 1024));
+  app.add_option("--scene", a.scene,
+                 "a scene (file, or NAME[:key=value...]): record what its rays give to the stages, and use that, once "
+                 "in each mode");
+  app.add_option("--rays", a.rays, "rays through the scene")->check(CLI::PositiveNumber);
+  app.add_flag("--json", a.json, "result as JSON: latency and interval as measured, vectors, vectors a second");
+  return retrace::run_program(app, argc, argv, [&] { return run(a); });
 }

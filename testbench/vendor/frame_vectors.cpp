@@ -1,4 +1,4 @@
-// frame_vectors SCENE WIDTHxHEIGHT OUT.hex: a frame for simulators that know nothing of the project (testbench/vendor/sv/tb_frame.sv): the memory image,
+// frame_vectors: a frame for simulators that know nothing of the project (testbench/vendor/sv/tb_frame.sv): the memory image,
 // rays, and the hits that the kernel gives, as 64-bit words in hexadecimal, one a line:
 //   0: words of the image I, 1: number of rays N, 2 .. 7: 0; then I words of image, 4 N of rays, 2 N of hits.
 // Every second ray is an any-hit ray. Exit code 1 on an error; the file appears whole or not at all.
@@ -12,6 +12,7 @@
 #include "golden/tree/traced_scene.hpp"
 #include "scenes/open_scene.hpp"
 #include "testbench/csim/csim_engine.hpp"
+#include "testbench/kit/command_line.hpp"
 
 namespace {
 
@@ -58,18 +59,14 @@ void write_frame(const std::string& name, int width, int height, const std::stri
 }  // namespace
 
 int main(int argc, char** argv) {
-  int width = 0, height = 0;
-  char end = 0;
-  if (argc != 4 || std::sscanf(argv[2], "%dx%d%c", &width, &height, &end) != 2 || width < 1 || height < 1 ||
-      width > 512 || height > 512) {
-    std::fprintf(stderr, "usage: frame_vectors SCENE WIDTHxHEIGHT OUT.hex (1 to 512 pixels each)\n");
-    return 2;
-  }
-  try {
-    write_frame(argv[1], width, height, argv[3]);
+  std::string scene, output;
+  ImageSize size;
+  CLI::App app("A frame for simulators that know nothing of the project.", "frame_vectors");
+  app.add_option("scene", scene, "A glTF file or a generated scene")->required();
+  add_size(app, "size", size, 512, "Rays")->required();
+  app.add_option("output", output, "The .hex file")->required();
+  return run_program(app, argc, argv, [&] {
+    write_frame(scene, size.width, size.height, output);
     return 0;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "frame_vectors: %s\n", error.what());
-    return 1;
-  }
+  });
 }

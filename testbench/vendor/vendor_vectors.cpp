@@ -16,6 +16,7 @@
 #include "scenes/open_scene.hpp"
 #include "testbench/csim/csim_engine.hpp"
 #include "testbench/kit/brute_force.hpp"
+#include "testbench/kit/command_line.hpp"
 #include "testbench/kit/reference.hpp"
 #include "testbench/kit/stage_vectors.hpp"
 #include "testbench/kit/test_rays.hpp"
@@ -128,12 +129,10 @@ void write_frame(const std::string& folder) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::fprintf(stderr, "usage: vendor_vectors FOLDER\n");
-    return 2;
-  }
-  try {
-    const std::string folder = argv[1];
+  std::string folder;
+  CLI::App app("Writes the data of the vendor testbenches.", "vendor_vectors");
+  app.add_option("folder", folder)->required();
+  return run_program(app, argc, argv, [&] {
 #define STAGE(stage) write_stage(folder, #stage, stage##_vector, reference::stage)
     STAGE(ray_setup);
     STAGE(kd_descend);
@@ -144,8 +143,5 @@ int main(int argc, char** argv) {
 #undef STAGE
     write_frame(folder);
     return 0;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "vendor_vectors: %s\n", error.what());
-    return 1;
-  }
+  });
 }

@@ -1,20 +1,18 @@
-// retrace-board-sim: the board in Verilator, its serial line as a pseudo-terminal. See usage().
+// retrace-board-sim: the board in Verilator, its serial line as a pseudo-terminal. See --help.
 #include <fcntl.h>
 #include <poll.h>
 #include <termios.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <string>
-#include <string_view>
 
 #include "golden/scene/geometry.hpp"
+#include "testbench/kit/command_line.hpp"
 #include "testbench/sim/board/simulated_board.hpp"
 
 namespace {
@@ -24,39 +22,6 @@ using retrace::cosim::SimulatedBoard;
 
 volatile std::sig_atomic_t stopped = 0;
 void stop(int) { stopped = 1; }
-
-struct UsageError : Error {
-  using Error::Error;
-};
-
-void usage() {
-  std::printf(
-      "Usage: retrace-board-sim [OPTION...]\n"
-      "The board of rtl/board in Verilator. Prints the path of a pseudo-terminal that is its serial line; use it as "
-      "serial:PATH.\n"
-      "Ends on SIGINT or SIGTERM (exit 0), or when an assertion of the RTL fails (exit 1).\n\n"
-      "  --config NAME            configuration of the core; built are:");
-  for (const std::string& name : retrace::cosim::board_configurations()) std::printf(" %s", name.c_str());
-  std::printf(
-      "\n  --damage PERCENT         of the bytes in each direction are lost, doubled or changed\n"
-      "  --damage-to-board PERCENT, --damage-from-board PERCENT   in one direction\n"
-      "  --seed N                 of the damage and of the registers' first contents (1)\n"
-      "  --waves FILE             FST of the whole run; needs a build with RETRACE_RTL_WAVES\n"
-      "A bit takes %u clocks (RETRACE_BOARD_CLOCKS_PER_BIT when the program is built); the rate set on the terminal "
-      "has no meaning.\n",
-      retrace::cosim::board_clocks_per_bit());
-}
-
-template <class Number>
-Number number(const std::string& option, const char* text, Number low, Number high) {
-  Number value{};
-  const std::string_view digits = text;
-  const auto [end, status] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (status != std::errc() || end != digits.data() + digits.size() || !(value >= low && value <= high))
-    throw UsageError(option + " takes a number from " + std::to_string(low) + " to " + std::to_string(high) +
-                     ", not '" + text + "'");
-  return value;
-}
 
 /// Both ends of a pseudo-terminal; the slave stays open, so that a program that leaves does not hang up the line.
 class PseudoTerminal {
@@ -134,31 +99,7 @@ void simulate(const SimulatedBoard::Options& options) {
       static_cast<unsigned long long>(board.framing_errors()));
 }
 
-int run(int argc, char** argv) {
-  SimulatedBoard::Options options;
-  for (int i = 1; i < argc; ++i) {
-    const std::string option = argv[i];
-    if (option == "--help" || option == "-h") {
-      usage();
-      return 0;
-    }
-    if (i + 1 == argc) throw UsageError(option + " is no option, or lacks its value; see --help");
-    const char* value = argv[++i];
-    if (option == "--config")
-      options.configuration = value;
-    else if (option == "--damage")
-      options.damage_to_board = options.damage_from_board = number(option, value, 0.0, 100.0);
-    else if (option == "--damage-to-board")
-      options.damage_to_board = number(option, value, 0.0, 100.0);
-    else if (option == "--damage-from-board")
-      options.damage_from_board = number(option, value, 0.0, 100.0);
-    else if (option == "--seed")
-      options.seed = number<std::uint64_t>(option, value, 0, ~std::uint64_t{0});
-    else if (option == "--waves")
-      options.waves = value;
-    else
-      throw UsageError("there is no option " + option + "; see --help");
-  }
+int run(const SimulatedBoard::Options& options) {
   std::signal(SIGINT, stop);
   std::signal(SIGTERM, stop);
   std::signal(SIGHUP, stop);
@@ -169,13 +110,28 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    return run(argc, argv);
-  } catch (const UsageError& error) {
-    std::fprintf(stderr, "retrace-board-sim: error: %s\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "retrace-board-sim: error: %s\n", error.what());
-    return 1;
-  }
+  SimulatedBoard::Options options;
+  CLI::App app(
+      "The board of rtl/board in Verilator. Prints the path of a pseudo-terminal that is its serial line; use it as "
+      "serial:PATH.\n"
+      "Ends on SIGINT or SIGTERM (exit 0), or when an assertion of the RTL fails (exit 1).",
+      "retrace-board-sim");
+  app.footer("A bit takes " + std::to_string(retrace::cosim::board_clocks_per_bit()) +
+             " clocks (RETRACE_BOARD_CLOCKS_PER_BIT when the program is built); the rate set on the terminal has no "
+             "meaning.");
+  app.add_option("--config", options.configuration, "Configuration of the core")
+      ->check(CLI::IsMember(retrace::cosim::board_configurations()))
+      ->capture_default_str();
+  const CLI::Range percent(0.0, 100.0);
+  app.add_option_function<double>(
+         "--damage", [&](double share) { options.damage_to_board = options.damage_from_board = share; },
+         "Percent of the bytes in each direction that are lost, doubled or changed")
+      ->check(percent)
+      ->trigger_on_parse();
+  app.add_option("--damage-to-board", options.damage_to_board, "The same in one direction")->check(percent);
+  app.add_option("--damage-from-board", options.damage_from_board, "The same in the other")->check(percent);
+  app.add_option("--seed", options.seed, "Of the damage and of the registers' first contents")->capture_default_str();
+  app.add_option("--waves", options.waves, "FST of the whole run; needs a build with RETRACE_RTL_WAVES")
+      ->type_name("FILE");
+  return retrace::run_program(app, argc, argv, [&] { return run(options); });
 }

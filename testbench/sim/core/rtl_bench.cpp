@@ -1,20 +1,17 @@
 // rtl_bench: primary rays of a scene through the RTL core, in image order; prints where the clocks go and compares every hit with csim.
-// usage: rtl_bench SCENE CONFIGURATION WIDTHxHEIGHT [key=value...]
-//   latency=40 or latency=1-200, bytes=8 (a clock, 0: the bus), reorder=1, stall=20 (percent), up=parent|face, mailbox=0 (default 1), seed=1,
-//   limit=100000 (clocks a ray before it gives up), waves=FILE.fst, shadow=1 (any-hit rays from the primary hits to a lamp beside the camera), rows=200-216 (only these rows of the image),
-//   walk=tiles|rows (how the core visits the image; default tiles), tile=8 (the list itself in tiles; 1, the default, is image order)
-// Returns 0 if all hits are identical.
+// Returns 0 if all hits are identical, 1 if not, 2 if it cannot run.
 #include <algorithm>
 #include <cinttypes>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
+#include <map>
 #include <string>
+#include <utility>
 
 #include "golden/render/view.hpp"
 #include "golden/tree/traced_scene.hpp"
 #include "scenes/open_scene.hpp"
 #include "testbench/csim/csim_engine.hpp"
+#include "testbench/kit/command_line.hpp"
 #include "testbench/sim/core/rtl_engine.hpp"
 
 namespace {
@@ -57,58 +54,25 @@ std::vector<GridRay> shadow_rays(std::span<const GridRay> primary, CsimEngine& c
   return rays;
 }
 
-int run(int argc, char** argv) {
-  const std::string scene_name = argv[1], configuration = argv[2];
-  int width = 0, height = 0;
-  if (std::sscanf(argv[3], "%dx%d", &width, &height) != 2 || width < 1 || height < 1 || width > 4096 || height > 4096)
-    throw Error("size must be WIDTHxHEIGHT");
-  RtlOptions options;
-  options.configuration = configuration;
-  options.ray_row = static_cast<std::uint32_t>(width);
+struct Arguments {
+  std::string scene;
+  ImageSize size;
+  RtlOptions rtl;
   TraceOptions trace;
-  trace.mailbox = kCsimMailbox;
-  bool shadow = false;
-  int first_row = 0, last_row = height, tile = 1;
-  for (int i = 4; i < argc; ++i) {
-    const std::string text = argv[i];
-    const auto equals = text.find('=');
-    const std::string key = text.substr(0, equals), value = equals == std::string::npos ? "" : text.substr(equals + 1);
-    if (key == "latency") {
-      const auto dash = value.find('-');
-      options.memory.latency_min = std::atoi(value.c_str());
-      options.memory.latency_max =
-          dash == std::string::npos ? options.memory.latency_min : std::atoi(value.c_str() + dash + 1);
-    } else if (key == "bytes")
-      options.memory.bytes_per_clock = std::atof(value.c_str());
-    else if (key == "reorder")
-      options.memory.reorder = value != "0";
-    else if (key == "stall")
-      options.memory.stall_percent = std::atoi(value.c_str());
-    else if (key == "up")
-      trace.way_up = value == "parent" ? WayUp::kParentLinks : WayUp::kFaceLinks;
-    else if (key == "mailbox")
-      trace.mailbox = value != "0" ? kCsimMailbox : 0;
-    else if (key == "seed")
-      options.seed = options.memory.seed = std::strtoull(value.c_str(), nullptr, 0);
-    else if (key == "waves")
-      options.waves = value;
-    else if (key == "limit")
-      options.clocks_per_ray = std::strtoull(value.c_str(), nullptr, 0);
-    else if (key == "shadow")
-      shadow = value != "0";
-    else if (key == "walk")
-      options.ray_row = value == "rows" ? 0 : static_cast<std::uint32_t>(width);
-    else if (key == "tile")
-      tile = std::max(1, std::atoi(value.c_str()));
-    else if (key == "rows") {
-      if (std::sscanf(value.c_str(), "%d-%d", &first_row, &last_row) != 2 || first_row < 0 || last_row > height ||
-          first_row >= last_row)
-        throw Error("rows must be FIRST-END within the image");
-    } else
-      throw Error("unknown option '" + text + "'");
-  }
+  bool shadow = false, tiles = true;
+  std::pair<int, int> rows;
+  int tile = 1;
+};
 
-  const auto [scene, world, grid, image] = prepare_scene(open_scene(scene_name));
+int run(Arguments& arguments) {
+  const auto [width, height] = arguments.size;
+  const auto [first_row, last_row] = arguments.rows;
+  const int tile = arguments.tile;
+  if (last_row > height) throw Error("--rows must be FIRST-END within the image");
+  RtlOptions& options = arguments.rtl;
+  options.ray_row = arguments.tiles ? static_cast<std::uint32_t>(width) : 0;
+
+  const auto [scene, world, grid, image] = prepare_scene(open_scene(arguments.scene));
   const ViewCamera view = default_view(scene, world);
   std::vector<GridRay> rays;
   // tile = 1 is image order.
@@ -119,13 +83,13 @@ int run(int argc, char** argv) {
           rays.push_back(quantise(view.ray(x + 0.5, y + 0.5, width, height), grid.transform, grid.box, false));
 
   auto csim = make_csim_engine(image);
-  if (shadow) rays = shadow_rays(rays, *csim, grid, view);
+  if (arguments.shadow) rays = shadow_rays(rays, *csim, grid, view);
   const CsimTotals before = csim->totals();
 
   std::vector<Hit> hits(rays.size());
   auto rtl = make_rtl_engine(image, options);
-  rtl->trace(rays, hits, {}, trace);
-  csim->trace(rays, hits, {}, trace);
+  rtl->trace(rays, hits, {}, arguments.trace);
+  csim->trace(rays, hits, {}, arguments.trace);
   std::uint64_t differ = 0;
   const auto a = rtl->raw_hits(), b = csim->raw_hits();
   for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -137,8 +101,8 @@ int run(int argc, char** argv) {
   const auto& c = rtl->counters();
   const auto per_ray = [&](std::uint64_t n) { return double(n) / double(std::max<std::uint64_t>(c.rays, 1)); };
   const int bytes = rtl->identity().data_bytes;
-  std::printf("%s %s %dx%d: %" PRIu64 " rays, %" PRIu64 " differ from csim\n", scene_name.c_str(),
-              configuration.c_str(), width, height, c.rays, differ);
+  std::printf("%s %s %dx%d: %" PRIu64 " rays, %" PRIu64 " differ from csim\n", arguments.scene.c_str(),
+              options.configuration.c_str(), width, height, c.rays, differ);
   std::printf("  %.2f clocks/ray, %.3f node steps/clock, %.0f simulated clocks/s\n", per_ray(c.clocks),
               double(c.node_steps()) / c.clocks, rtl->simulated_clocks() / rtl->simulation_seconds());
   std::printf(
@@ -167,14 +131,58 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 4) {
-    std::fprintf(stderr, "usage: rtl_bench SCENE CONFIGURATION WIDTHxHEIGHT [key=value...]\n");
-    return 2;
-  }
-  try {
-    return run(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "rtl_bench: %s\n", error.what());
-    return 2;
-  }
+  Arguments a;
+  std::string latency = "40", rows;
+  bool mailbox = true;
+  CLI::App app("Primary rays of a scene through the RTL core: where the clocks go; every hit is compared with csim's.",
+               "rtl_bench");
+  app.add_option("scene", a.scene, "A glTF file or a generated scene")->required();
+  app.add_option("configuration", a.rtl.configuration, "Configuration of the core")
+      ->check(CLI::IsMember(cosim::core_configurations()))
+      ->required();
+  add_size(app, "size", a.size, 4096, "Rays")->required();
+  const auto range = [](const std::string& text, auto& from, auto& to) {
+    char end = 0;
+    return std::sscanf(text.c_str(), "%d-%d%c", &from, &to, &end) == 2 && from >= 0 && from < to;
+  };
+  app.add_option("--latency", latency, "Of the memory, in clocks: N, or FROM-TO, drawn for each burst");
+  app.add_option("--bytes", a.rtl.memory.bytes_per_clock, "Bytes a clock; 0: the bus");
+  app.add_option("--reorder", a.rtl.memory.reorder, "Answers are mixed");
+  app.add_option("--stall", a.rtl.memory.stall_percent, "Percent of the clocks")->check(CLI::Range(0, 100));
+  app.add_option("--up", a.trace.way_up)
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, WayUp>{{"parent", WayUp::kParentLinks}, {"face", WayUp::kFaceLinks}}));
+  app.add_option("--mailbox", mailbox)->capture_default_str();
+  app.add_option_function<std::uint64_t>("--seed", [&](std::uint64_t n) { a.rtl.seed = a.rtl.memory.seed = n; });
+  app.add_option("--waves", a.rtl.waves, "FST of the run");
+  app.add_option("--limit", a.rtl.clocks_per_ray, "Clocks a ray before it gives up");
+  app.add_option("--shadow", a.shadow, "Any-hit rays from the primary hits to a lamp beside the camera");
+  app.add_option("--rows", rows, "FIRST-END: only these rows of the image");
+  app.add_option("--walk", a.tiles, "How the core visits the image: tiles, rows")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, bool>{{"tiles", true}, {"rows", false}}));
+  app.add_option("--tile", a.tile, "The list itself in tiles of so many pixels; 1: image order")
+      ->check(CLI::Range(1, 4096));
+  app.footer("An option may be written without dashes: latency=1-200 stall=20.");
+  // key=value is --key=value.
+  std::vector<std::string> words(argv, argv + argc);
+  for (std::size_t i = 4; i < words.size(); ++i)
+    if (words[i].front() != '-' && words[i].find('=') != std::string::npos) words[i].insert(0, "--");
+  std::vector<const char*> arguments;
+  for (const std::string& word : words) arguments.push_back(word.c_str());
+  return run_program(
+      app, static_cast<int>(arguments.size()), arguments.data(),
+      [&] {
+        cosim::MemoryOptions& memory = a.rtl.memory;
+        if (!range(latency, memory.latency_min, memory.latency_max)) {
+          char end = 0;
+          if (std::sscanf(latency.c_str(), "%d%c", &memory.latency_min, &end) != 1 || memory.latency_min < 1)
+            throw Error("--latency takes N or FROM-TO");
+          memory.latency_max = memory.latency_min;
+        }
+        a.trace.mailbox = mailbox ? kKernelMailbox : 0;
+        a.rows = {0, a.size.height};
+        if (!rows.empty() && !range(rows, a.rows.first, a.rows.second)) throw Error("--rows takes FIRST-END");
+        return run(a);
+      },
+      2);
 }
