@@ -32,27 +32,25 @@
 #include <stdexcept>
 #include <utility>
 
+#include "sah.hpp"
+
 namespace retrace {
 namespace {
 
+using namespace kd;
 using contract::LeafRecord;
 using contract::NodePairRecord;
 using contract::TriangleRecord;
 
 constexpr std::int32_t kClip = contract::kWiden + 1;
 constexpr std::int32_t kMargin = contract::kWiden + 1;
-constexpr std::uint32_t kLeafAxis = contract::kAxisLeaf;
 constexpr std::uint32_t kInline = contract::kLeafInline;
 /// Nodes of at least this many triangles use several threads, and their children are tasks of their own.
 constexpr std::size_t kParallel = 4096;
 /// Deepest tree, whatever the options say: it bounds the recursion.
 constexpr int kDeepest = 192;
-/// Leaf size of the two median structures.
-constexpr std::size_t kMedianLeaf = 4;
 /// Allowance of a pass that is not limited node by node.
 constexpr std::int64_t kUnlimited = std::numeric_limits<std::int64_t>::max();
-
-using Box = std::array<std::int32_t, 6>;  ///< by face
 
 /// Integer bounds of a clipped triangle on the three axes, margin included.
 struct Extent {
@@ -138,24 +136,6 @@ bool clip_extent(const GridTriangle& triangle, const Box& cell, Extent& extent) 
   return true;
 }
 
-/// One end of a triangle's bounds on one axis, as a number that sorts: position, then ends before starts, then the
-/// triangle. Ends come first because a triangle that ends at s is not right of it, and one that starts at s not left of
-/// it.
-using Event = std::uint64_t;
-constexpr std::uint32_t kEventBias = 1u << 26;
-constexpr Event make_event(std::int32_t position, bool start, std::uint32_t reference) {
-  return (static_cast<Event>(static_cast<std::uint32_t>(position) + kEventBias) << 33) |
-         (static_cast<Event>(start) << 32) | reference;
-}
-constexpr std::int32_t position_of(Event event) {
-  return static_cast<std::int32_t>(static_cast<std::uint32_t>(event >> 33) - kEventBias);
-}
-constexpr bool is_start(Event event) { return (event >> 32) & 1; }
-constexpr std::uint32_t reference_of(Event event) { return static_cast<std::uint32_t>(event); }
-constexpr Event with_reference(Event event, std::uint32_t reference) {
-  return (event & ~Event{0xffffffffu}) | reference;
-}
-
 struct BuildNode {
   std::int32_t split = 0;
   std::uint32_t axis = kLeafAxis;
@@ -225,12 +205,6 @@ struct Work {
     for (auto& e : events) e = arena.allocate<Event>(2 * count + 1);
   }
   std::span<const Event> sorted(int axis) const { return {events[axis], 2 * count}; }
-};
-
-struct SplitChoice {
-  double cost = std::numeric_limits<double>::infinity();
-  std::uint32_t axis = kLeafAxis;
-  std::int32_t position = 0;
 };
 
 /// The largest fraction that was reported so far: a second pass reports only what is beyond the first.
@@ -428,84 +402,19 @@ class Builder {
   SplitChoice choose(const Work& work, const Box& box, const Place& place, Local& local) const {
     if (place.depth >= max_depth_ || work.count == 0 || place.allowance < 1 || exceeded_) return {};
     local.work.candidates += 6 * work.count;
-    switch (options_.split) {
-      case BuildOptions::Split::kSpatialMedian:
-        return choose_spatial(work, box, place.allowance);
-      case BuildOptions::Split::kObjectMedian:
-        return choose_object(work, box, place.allowance);
-      case BuildOptions::Split::kSah:
-        break;
+    if (options_.split != BuildOptions::Split::kSah) {
+      const int axis = widest_axis(box);
+      return options_.split == BuildOptions::Split::kSpatialMedian
+                 ? spatial_median_split(work.sorted(axis), box, axis, place.allowance)
+                 : object_median_split(work.sorted(axis), box, axis, place.allowance);
     }
     SplitChoice best[3];
-    for_axes(work.count, [&](int axis) { best[axis] = sweep(work, box, axis, place.allowance); });
+    for_axes(work.count,
+             [&](int axis) { best[axis] = sah_split(work.sorted(axis), box, axis, place.allowance, options_); });
     SplitChoice choice = best[0];
     for (int axis = 1; axis < 3; ++axis)
       if (best[axis].cost < choice.cost) choice = best[axis];
     return choice.cost < options_.intersection_cost * static_cast<double>(work.count) ? choice : SplitChoice{};
-  }
-
-  /// The best split on one axis, by the heuristic, of those that the allowance can pay for. Of several events at one position the first ones see too many
-  /// triangles on either side; their cost is never below that of the one in the middle, between the ends and the
-  /// starts, which sees the right numbers.
-  SplitChoice sweep(const Work& work, const Box& box, int axis, std::int64_t allowance) const {
-    const std::int32_t low = box[2 * axis], high = box[2 * axis + 1];
-    const int b = (axis + 1) % 3, c = (axis + 2) % 3;
-    const double size_b = box[2 * b + 1] - box[2 * b], size_c = box[2 * c + 1] - box[2 * c];
-    // Half area of a slab of width x: cap + x * rim. Costs are relative to the half area of the box.
-    const double cap = size_b * size_c, rim = size_b + size_c, width = static_cast<double>(high) - low;
-    const double scale = options_.intersection_cost / (cap + width * rim);
-    // Triangles on the left and on the right: those that stand on both sides are paid for, and the split itself.
-    const double most = static_cast<double>(work.count) + static_cast<double>(allowance) - 1;
-    SplitChoice best;
-    double left = 0, right = static_cast<double>(work.count);
-    for (const Event event : work.sorted(axis)) {
-      const bool start = is_start(event);
-      right -= start ? 0.0 : 1.0;
-      const std::int32_t at = position_of(event);
-      if (at > low && at < high) {
-        const double x = at - low;
-        const double sum = (cap + x * rim) * left + (cap + (width - x) * rim) * right;
-        double cost = options_.traversal_cost + sum * scale;
-        if (left == 0 || right == 0) cost *= options_.empty_bonus;
-        if (cost < best.cost && left + right <= most) best = {cost, static_cast<std::uint32_t>(axis), at};
-      }
-      left += start ? 1.0 : 0.0;
-    }
-    return best;
-  }
-
-  static int widest_axis(const Box& box) {
-    int widest = 0;
-    for (int axis = 1; axis < 3; ++axis)
-      if (box[2 * axis + 1] - box[2 * axis] > box[2 * widest + 1] - box[2 * widest]) widest = axis;
-    return widest;
-  }
-
-  /// A median split, unless it lies on a side of the box, mostly duplicates triangles (coincident ones never part) or
-  /// costs more than the allowance.
-  static SplitChoice unless_useless(const Work& work, const Box& box, int axis, std::int32_t position,
-                                    std::int64_t allowance) {
-    if (position <= box[2 * axis] || position >= box[2 * axis + 1]) return {};
-    std::size_t references = 0;
-    for (const Event event : work.sorted(axis))
-      references += is_start(event) ? position_of(event) < position : position_of(event) > position;
-    if (2 * references > 3 * work.count) return {};
-    if (static_cast<std::int64_t>(references - work.count) > allowance - 1) return {};
-    return {0.0, static_cast<std::uint32_t>(axis), position};
-  }
-
-  /// The middle of the longest side.
-  static SplitChoice choose_spatial(const Work& work, const Box& box, std::int64_t allowance) {
-    if (work.count <= kMedianLeaf) return {};
-    const int axis = widest_axis(box);
-    return unless_useless(work, box, axis, box[2 * axis] + (box[2 * axis + 1] - box[2 * axis]) / 2, allowance);
-  }
-
-  /// The median of the ends of the triangles' bounds along the longest side.
-  static SplitChoice choose_object(const Work& work, const Box& box, std::int64_t allowance) {
-    if (work.count <= kMedianLeaf) return {};
-    const int axis = widest_axis(box);
-    return unless_useless(work, box, axis, position_of(work.events[axis][work.count]), allowance);
   }
 
   // -------------------------------------------------------------------------------------------- splitting
