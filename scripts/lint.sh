@@ -8,7 +8,7 @@ mapfile -t sources < <(git ls-files '*.cpp' '*.hpp' ':!hls/include/contract*.hpp
 clang-format --dry-run -Werror "${sources[@]}"
 for script in $(git ls-files '*.sh' .ci/run); do bash -n "$script"; done
 if [ "${1:-}" = --tidy ]; then
-  mapfile -t units < <(git ls-files 'hls/*.cpp' 'golden/*.cpp' 'testbench/csim/*.cpp')
+  mapfile -t units < <(git ls-files 'hls/*.cpp' 'golden/*.cpp' 'testbench/csim/*.cpp' 'testbench/kit/*.cpp' 'testbench/vendor/*_vectors.cpp')
   printf '%s\n' "${units[@]}" | xargs -P "$(nproc)" -n 4 clang-tidy --quiet -p "$2" 2>/dev/null
 fi
 echo "lint: ${#sources[@]} C++ files are formatted"
