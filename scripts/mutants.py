@@ -93,7 +93,7 @@ MUTANTS = [
     ("a line is joined that has just ended", "cache/rt_cache.sv", "&& !(done_q && line[done_mshr_q]);", ";", CACHES),
     ("a miss register is taken while somebody waits for its line", "cache/rt_cache.sv", "~active_q & ~waited_for &", "~active_q &", CACHES),
     ("a one-way cache does not see its hits", "cache/rt_cache.sv", "Ways == 2 && way_hit_q[hit_port][Ways-1];", "way_hit_q[hit_port][Ways-1];", CACHES),
-    ("a line nobody comes for is kept", "cache/rt_cache.sv", "fresh_q & ~seen & ~stale_q;", "fresh_q & ~seen;", ("tb_cache", "rtl_cache_test", "*Lease*")),
+    ("a line nobody comes for is kept", "cache/rt_cache.sv", "fresh_q & ~seen & ~(stale_q & ~waited_for);", "fresh_q & ~seen;", ("tb_cache", "rtl_cache_test", "*Lease*")),
     ("the last of a list is not woken", "cache/rt_waiters.sv", "walk_q        <= walk_waiter_q != walk_last_q;", "walk_q        <= walk_next_waiter != walk_last_q;", CACHES),
     # The board.
     ("a damaged frame is carried out", "board/rt_link_rx.sv", "good_o  <= crc_q == rt_board_pkg::CrcGood &&", "good_o  <=", BOARD),

@@ -18,6 +18,8 @@ module rt_leaf_unit #(
     input  logic                               rst_ni,
     input  logic                               flush_i,
     output logic                               flushing_o,
+    input  logic                               hold_i,   // age (rt_context_pipe)
+    output logic                               empty_o,
     input  rt_core_pkg::image_view_t           view_i,
     input  logic                               parent_links_i,
     // An axis of a new ray.
@@ -98,6 +100,9 @@ module rt_leaf_unit #(
   ) u_pipe (
       .clk_i,
       .rst_ni,
+      .hold_i,
+      .go_i           (enter_ready),
+      .empty_o,
       .push_valid_i   (in_valid_q),
       .push_context_i (in_context_q),
       .wake_valid_i   (wake_valid),
@@ -205,6 +210,7 @@ module rt_leaf_unit #(
       .rst_ni,
       .flush_i,
       .flushing_o,
+      .keep_i      (hold_i),
       .req_valid_i (p2_look),
       .req_key_i   (p2_key),
       .req_word_i  (1'b0),
