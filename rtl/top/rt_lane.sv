@@ -103,7 +103,7 @@ module rt_lane #(
   localparam int unsigned Stages = 6;
   logic [Stages-1:0]     stage_valid, stage_error, park;
   context_t [Stages-1:0] stage_context;
-  logic                  state_write_en_q, retry;
+  logic                  state_write_en_q, retry, out_ready;
   context_t              state_context_q;
   rt_context_pipe #(
       .Contexts(Contexts),
@@ -159,7 +159,7 @@ module rt_lane #(
   rt_contract_pkg::node_pair_record_t s5_pair_q;
   rt_core_pkg::walk_ray_t            s5_ray_q;
   segment_t                          s5_segment_q;
-  logic                              s5_right, s5_at_leaf, s5_out, s5_down, s5_up, out_ready;
+  logic                              s5_right, s5_at_leaf, s5_out, s5_down, s5_up;
   rt_contract_pkg::position_t        s5_split;
   rt_contract_pkg::axis_t            s5_axis;
   rt_contract_pkg::pair_index_t      s5_child;

@@ -89,7 +89,7 @@ module rt_leaf_unit #(
   localparam int unsigned Stages = 7;
   logic [Stages-1:0]     stage_valid, stage_error, park;
   context_t [Stages-1:0] stage_context;
-  logic                  retry, pipe_idle, cache_idle;
+  logic                  retry, enter_ready, pipe_idle, cache_idle;
   logic                  wake_valid, wake_ready, wake_error;
   context_t              wake_context;
   logic                  in_valid_q;
@@ -186,7 +186,7 @@ module rt_leaf_unit #(
   rt_contract_pkg::status_t p3_fault_q, p4_fault_q;
   rt_core_pkg::walk_axis_t [rt_core_pkg::Axes-1:0] p5_axes;
 
-  logic                                  p5_look, p5_hit, enter, enter_ready;
+  logic                                  p5_look, p5_hit, enter;
   rt_core_pkg::leaf_size_t               p5_size_q;
   rt_contract_pkg::status_t              p5_fault_q;
   rt_contract_pkg::leaf_record_t         p5_leaf;
