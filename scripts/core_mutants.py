@@ -5,10 +5,10 @@ All of them are compiled into one model, in which the environment chooses one (m
 MUTANTS = [
     # The pipe of contexts.
     ("a parked context goes on", "rt_context_pipe.sv", "<= @stage_valid_o[k-1] && !park_i[k-1]@", "stage_valid_o[k-1]"),
-    ("a context with more to do is forgotten", "rt_context_pipe.sv", "push_valid   = @push_valid_i || again_i@;", "push_valid_i"),
-    ("a retry is forgotten", "rt_context_pipe.sv", "<= @(retry_i || (again_i && push_valid_i))@", "again_i && push_valid_i"),
-    ("a context that comes again in the clock of a push is lost", "rt_context_pipe.sv", "<= @(retry_i || (again_i && push_valid_i))@", "retry_i"),
-    ("the context behind is tried again", "rt_context_pipe.sv", "retry_context_q <= @stage_context_o[Last]@;", "stage_context_o[Last-1]"),
+    ("a context with more to do is forgotten", "rt_context_pipe.sv", "push_valid   = @push_valid_i || again_q@;", "push_valid_i"),
+    ("a retry is forgotten", "rt_context_pipe.sv", "({@retry_q || again_met@,", "again_met"),
+    ("a context that comes again in the clock of a push is lost", "rt_context_pipe.sv", "({@retry_q || again_met@,", "retry_q"),
+    ("the context behind is tried again", "rt_context_pipe.sv", "retry_context_q <= @getting_on@;", "stage_context_o[Last-1]"),
     ("who enters is not counted", "rt_context_pipe.sv", "+ (ContextBits + 1)'(@entered@) -", "1'b0"),
     ("a read error is not told", "rt_ready.sv", "'{error: @wake_error_i[i]@,", "1'b0"),
     ("a push counts as a read error", "rt_ready.sv", "'{error: @push_error_i[i]@,", "1'b1"),

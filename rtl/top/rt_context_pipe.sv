@@ -44,12 +44,14 @@ module rt_context_pipe #(
 
   logic [Last:1]     valid_q, error_q;
   context_t [Last:1] context_q;
-  logic              retry_q, retry_error_q, ready_idle, entered, leaves_q;
-  context_t          retry_context_q;
+  logic              retry_q, again_q, retry_error_q, ready_idle, entered, gets_on, left_q, again_met;
+  context_t          retry_context_q, getting_on, push_context;
   logic              push_valid;
-  context_t          push_context;
-  assign push_valid   = push_valid_i || again_i;
-  assign push_context = push_valid_i ? push_context_i : stage_context_o[Last];
+  assign getting_on   = stage_context_o[Last];
+  assign gets_on      = stage_valid_o[Last] && !park_i[Last] && !retry_i;
+  assign push_valid   = push_valid_i || again_q;
+  assign push_context = push_valid_i ? push_context_i : retry_context_q;
+  assign again_met    = again_q && push_valid_i;
   rt_ready #(
       .Contexts(Contexts),
       .Pushes  (2),
@@ -60,7 +62,7 @@ module rt_context_pipe #(
       .hold_i,
       .go_i,
       .entered_o     (entered),
-      .push_valid_i  ({retry_q, push_valid}),
+      .push_valid_i  ({retry_q || again_met, push_valid}),
       .push_context_i({retry_context_q, push_context}),
       .push_error_i  ({retry_error_q, 1'b0}),
       .wake_valid_i,
@@ -81,28 +83,25 @@ module rt_context_pipe #(
       context_q[k] <= stage_context_o[k-1];
       error_q[k]   <= stage_error_o[k-1];
     end
-    retry_q         <= (retry_i || (again_i && push_valid_i)) && rst_ni;
-    retry_context_q <= stage_context_o[Last];
+    retry_q         <= retry_i && rst_ni;
+    again_q         <= again_i && rst_ni;
+    retry_context_q <= getting_on;
     retry_error_q   <= stage_error_o[Last];
   end
-  assign idle_o = ready_idle && stage_valid_o == '0 && !retry_q;
+  assign idle_o = ready_idle && stage_valid_o == '0 && !retry_q && !again_q;
 
   // Those inside.
   logic [ContextBits:0] inside_q;
-  logic                 gets_on;
-  context_t             getting_on;
-  assign gets_on    = stage_valid_o[Last] && !park_i[Last] && !retry_i;
-  assign getting_on = stage_context_o[Last];
   logic                 empty_q;
   always_ff @(posedge clk_i) begin
-    leaves_q <= gets_on && !(again_i && push_valid_i) && rst_ni;
-    inside_q <= inside_q + (ContextBits + 1)'(entered) - (ContextBits + 1)'(leaves_q);
+    left_q   <= gets_on && rst_ni;
+    inside_q <= inside_q + (ContextBits + 1)'(entered) - (ContextBits + 1)'(left_q && !again_met);
     empty_q  <= inside_q == '0;
     if (!rst_ni) inside_q <= '0;
   end
   assign empty_o = empty_q;
 
-  `RT_ASSERT(InsideIsKnown, !leaves_q || inside_q != '0)
+  `RT_ASSERT(InsideIsKnown, !left_q || inside_q != '0)
   `RT_ASSERT(RetriesWhatIsThere, !(retry_i || again_i) || (stage_valid_o[Last] && !park_i[Last]))
   `RT_ASSERT(ParksWhatIsThere, (park_i & ~stage_valid_o) == '0)
 endmodule
