@@ -12,7 +12,7 @@ MUTANTS = [
     ("who enters is not counted", "rt_context_pipe.sv", "+ (ContextBits + 1)'(@entered@) -", "1'b0"),
     ("a read error is not told", "rt_ready.sv", "'{error: @wake_error_i[i]@,", "1'b0"),
     ("a push counts as a read error", "rt_ready.sv", "'{error: @push_error_i[i]@,", "1'b1"),
-    ("the last stage is not asked for its room", "rt_ready.sv", ".out_ready_i(@go_i@),", "1'b1"),
+    ("a context is lost where the last stage is full", "rt_ready.sv", ".out_ready_i(@go_i@),", "1'b1"),
     # The lane.
     ("a node's side is taken on the way up", "rt_lane.sv", "s5_right   = @s5_state_q.up ? s5_state_q.parent[0] : s5_state_q.node[0]@;", "s5_state_q.node[0]"),
     ("a step up is lost to a launch", "rt_lane.sv", "backtrack_take = @!launch_valid_i@;", "1'b1"),
@@ -40,6 +40,7 @@ MUTANTS = [
     ("a leaf is lost where the stage is busy", "rt_leaf_unit.sv", "retry     = @stage_valid[6] && !enter_ready@;", "1'b0"),
     ("records of any kind are leaves", "rt_leaf_unit.sv", "if (@tag_out.bad_kind@)", "1'b0"),
     ("a leaf that the ray is not in is left", "rt_leaf_unit.sv", "else if (@exit_out.broken@)", "1'b0"),
+    ("leaves are looked up for a stage that is full", "rt_leaf_unit.sv", ".go_i           (@enter_ready@),", "1'b1"),
     # The reference unit.
     ("one test too many", "rt_reference_unit.sv", "if (@LimitBits'(i2_next_q) >= i2_refs_q.steps_end@)", "LimitBits'(i2_next_q) > i2_refs_q.steps_end"),
     ("a leaf begins where the one before ended", "rt_reference_unit.sv", "<= @i1_first_q ? '0 : i1_stored.next@;", "i1_stored.next"),
