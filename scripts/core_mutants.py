@@ -112,7 +112,6 @@ MUTANTS = [
     ("a reset does not wait for writes", "rt_isolate.sv", "&& @sink_idle_i@)", "1'b1"),
     ("a soft reset does not reset the core", "rt_isolate.sv", "core_reset_q <= @stop_q == Reset@;", "1'b0"),
     ("reads begin in the drain of a reset", "rt_isolate.sv", "gate         = @!draining_q || offered_q@;", "1'b1"),
-    ("an offered request is taken back", "rt_isolate.sv", "gate         = @!draining_q || offered_q@;", "!draining_q"),
     ("a reset has no end", "rt_isolate.sv", "if (@reset_left_q == '0@) stop_q <= Run;", "1'b0"),
     ("errors of the bus are ignored", "rt_top.sv", "fill_q.error <= @axi_r_resp_i[1]@;", "1'b0"),
     ("a write fault stays for the next run", "rt_top.sv", "if (@status.started || core_reset@)", "core_reset"),
