@@ -16,12 +16,14 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 import core_mutants
+from rtl_packages import rtl_packages
 
 # (what is broken, file below rtl/, old text, new text, (model to verilate, test program, tests that must notice))
 STAGE = {name: ("rt_" + name, "rtl_stages_test", "*" + name) for name in
          ("ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish")}
 LIB = ("tb_lib", "rtl_lib_test", "*")
 CACHES = ("tb_cache", "rtl_cache_test", "*")
+GENERATIONS = ("tb_generation", "rtl_generation_test", "*")
 PARTS = ("tb_board", "board_units_test", "*")
 BOARD = ("rt_board", "board_test", "BoardLink.*")
 
@@ -93,8 +95,10 @@ MUTANTS = [
     ("a line is joined that has just ended", "cache/rt_cache.sv", "&& !(done_q && line[done_mshr_q]);", ";", CACHES),
     ("a miss register is taken while somebody waits for its line", "cache/rt_cache.sv", "~active_q & ~waited_for &", "~active_q &", CACHES),
     ("a one-way cache does not see its hits", "cache/rt_cache.sv", "Ways == 2 && way_hit_q[hit_port][Ways-1];", "way_hit_q[hit_port][Ways-1];", CACHES),
-    ("a line nobody comes for is kept", "cache/rt_cache.sv", "fresh_q & ~seen & ~stale_q;", "fresh_q & ~seen;", ("tb_cache", "rtl_cache_test", "*Lease*")),
+    ("a line nobody comes for is kept", "cache/rt_cache.sv", "fresh_q & ~seen & ~(stale_q & ~waited_for);", "fresh_q & ~seen;", ("tb_cache", "rtl_cache_test", "*Lease*")),
     ("the last of a list is not woken", "cache/rt_waiters.sv", "walk_q        <= walk_waiter_q != walk_last_q;", "walk_q        <= walk_next_waiter != walk_last_q;", CACHES),
+    # Generations of contexts.
+    ("no generation ever ends", "top/rt_generation.sv", "if (clock_q == '1) hold_q <= 1'b1;", "if (1'b0) hold_q <= 1'b1;", GENERATIONS),
     # The board.
     ("a damaged frame is carried out", "board/rt_link_rx.sv", "good_o  <= crc_q == rt_board_pkg::CrcGood &&", "good_o  <=", BOARD),
     ("a repeated frame is carried out again", "board/rt_link.sv", "assign repeated = last_valid_q &&", "assign repeated = 1'b0 &&", BOARD),
@@ -117,7 +121,7 @@ MUTANTS = [
 ]
 
 FOLDERS = ["lib", "stages", "cache", "regs", "top", "board"]
-SOURCES = ["pkg/rt_contract_pkg.sv", "pkg/rt_config_pkg.sv", "lib/rt_lib_pkg.sv", "stages/rt_stage_pkg.sv", "regs/rt_regs_pkg.sv", "top/rt_core_pkg.sv", "board/rt_board_pkg.sv"]
+SOURCES = rtl_packages()
 # Models that a test program has under another name or with parameters of its own, as CMake verilates them.
 PREFIX = {"rt_board": "Vrt_board_small", "rt_top": "Vrt_small"}
 PARAMETERS = {"rt_top": ["+define+RT_CONFIG=ConfigSmall"], "rt_board": ["+define+RT_CONFIG=ConfigSmall", "-GDivisor=1024", "-GMemoryBytes=32768"]}
@@ -238,6 +242,8 @@ endpackage
 CORE_TESTS = [
     ("rtl_core_test", "RtlCore.A*:RtlCore.Counters*:RtlCore.Rays*:RtlCore.StepLimit"),
     ("rtl_core_test", "*_small_*:RtlCore.Rows*:RtlCore.Corrupt*:RtlCore.Header*:RtlCore.Read*:RtlCore.Write*"),
+    ("rtl_core_test", "RtlCoreSink.*"),
+    ("rtl_bus_test", "RtlBus.Resets*"),
     ("rtl_bus_test", "RtlBus.*"),
     ("rtl_core_test", "RtlCore.Every*"),
 ]

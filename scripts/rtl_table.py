@@ -10,6 +10,8 @@ import re
 import subprocess
 import sys
 
+from rtl_packages import rtl_packages
+
 PAGE = "docs/rtl-stages.md"
 STAGES = ["ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish"]
 CELLS = {"MULT18X18D": "MULT18X18D", "LUT4": "LUT4", "CCU2C": "CCU2C", "TRELLIS_FF": "FF", "TRELLIS_DPR16X4": "DPR16X4", "DP16KD": "DP16KD"}
@@ -43,14 +45,14 @@ def synthesize(stage):
 import sys
 from pyosys import libyosys as ys
 design = ys.Design()
-for command in ["read_slang -j 1 --top rt_{0} -I rtl/lib -y rtl/lib -y rtl/stages rtl/pkg/rt_contract_pkg.sv rtl/lib/rt_lib_pkg.sv "
-                "rtl/stages/rt_stage_pkg.sv rtl/stages/rt_{0}.sv", "synth_ecp5 -top rt_{0}", "tee -q -o {1} stat -json"]:
+for command in ["read_slang -j 1 --top rt_{0} -I rtl/lib -y rtl/lib -y rtl/stages {2} rtl/stages/rt_{0}.sv", "synth_ecp5 -top rt_{0}", "tee -q -o {1} stat -json"]:
     ys.run_pass(command, design)
 """
     out = "build/rtl_table_%s.json" % stage
+    packages = " ".join("rtl/" + path for path in rtl_packages("pkg", "lib", "stages"))
     os.makedirs("build", exist_ok=True)
     python = os.environ.get("RETRACE_PYTHON", ".env/py/bin/python")
-    run = subprocess.run([python, "-c", program.format(stage, out)], capture_output=True, text=True)
+    run = subprocess.run([python, "-c", program.format(stage, out, packages)], capture_output=True, text=True)
     if run.returncode != 0:
         sys.exit("rtl_table: yosys failed on rt_%s\n%s" % (stage, (run.stdout + run.stderr)[-2000:]))
     with open(out) as file:

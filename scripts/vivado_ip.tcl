@@ -15,9 +15,11 @@ if {[catch {current_project}]} {
   create_project -in_memory -part xczu3eg-sbva484-1-e
   # Packages first, each after those it uses.
   set files {}
-  foreach name {pkg/rt_contract_pkg pkg/rt_config_pkg lib/rt_lib_pkg stages/rt_stage_pkg top/rt_core_pkg regs/rt_regs_pkg} {
-    lappend files [file join $root rtl $name.sv]
+  set channel [open [file join $root rtl packages.txt]]
+  foreach name [split [read $channel] "\n"] {
+    if {$name ne "" && ![string match "#*" $name] && ![string match "board/*" $name]} { lappend files [file join $root rtl $name] }
   }
+  close $channel
   foreach folder {lib stages cache regs top} {
     foreach file [lsort [glob [file join $root rtl $folder rt_*.sv]]] {
       if {[lsearch $files $file] < 0} { lappend files $file }

@@ -14,8 +14,9 @@
 //             second time and may stand in both ways, with the same words, as far as they are read.
 // Progress    A line that was filled is kept by its MSHR until it has been hit once (fresh), so that those who asked for it get it before the
 //             next one takes its way; of the hits of one clock one is seen, so that a line may be kept longer. Where no other is free, a miss
-//             takes an MSHR that only keeps a line, but in the last sixteenth of every 2^LeaseBits clocks: in that time whoever is woken gets its
-//             line. As a waiter may have gone (an any-hit ray that is done), freshness ends after one to two sixteenths: no set is closed longer.
+//             takes an MSHR that only keeps a line, but in the last sixteenth of every 2^LeaseBits clocks and with keep_i: in that time whoever is woken
+//             gets its line. As a waiter may have gone (an any-hit ray that is done), freshness ends after one to two sixteenths: no set is closed longer. Clocks
+//             in which nobody is taken who is woken, or in which the waiters of the line are yet to be woken, do not count.
 // Fill        Beats may come in any order between miss registers; they go into the data RAMs as they come. A line with an error becomes invalid.
 // Flush       flush_i starts it, flushing_o is high until all tags are invalid (Sets clocks). No lookups before the first flush and during one.
 // Structure   Ports x Ways x (WordBits / DataBits) RAMs with the same contents for each port; a word is what one lookup reads. Tags with their
@@ -46,6 +47,7 @@ module rt_cache #(
     input  logic                                clk_i,
     input  logic                                rst_ni,
     input  logic                                flush_i,
+    input  logic                                keep_i,  // fresh lines keep their miss registers
     output logic                                flushing_o,
     input  logic [Ports-1:0]                    req_valid_i,
     input  logic [Ports-1:0][KeyBits-1:0]       req_key_i,
@@ -372,12 +374,14 @@ module rt_cache #(
   end
 
   mshrs_t seen;  // the line of the hit
+  logic   lease_goes;
+  assign lease_goes = (wake_valid_o & ~wake_ready_i) == '0;
   always_comb begin
     for (int unsigned m = 0; m < Mshrs; m++) seen[m] = seen_q && mshr_key_q[m][SetBits-1:0] == seen_set_q && way_q[m] == seen_way_q;
   end
   always_ff @(posedge clk_i) begin
-    lease_q <= lease_q + 1'b1;
-    keep_q  <= lease_q[LeaseBits-1-:4] == '1;
+    if (lease_goes) lease_q <= lease_q + 1'b1;
+    keep_q  <= lease_q[LeaseBits-1-:4] == '1 || keep_i;
     span_q  <= span_q + 1'b1;
     if (span_q == '1) begin
       aging_q  <= recent_q;
@@ -385,9 +389,9 @@ module rt_cache #(
     end
 
     fresh_q <= fresh_q & ~seen;
-    if (lease_q[LeaseBits-5:0] == '0) begin
-      fresh_q <= fresh_q & ~seen & ~stale_q;
-      stale_q <= fresh_q;
+    if (lease_goes && lease_q[LeaseBits-5:0] == '0) begin
+      fresh_q <= fresh_q & ~seen & ~(stale_q & ~waited_for);
+      stale_q <= fresh_q & ~waited_for;
     end
     if (allocate) begin
       active_q[free_q]   <= 1'b1;

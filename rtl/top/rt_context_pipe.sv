@@ -4,7 +4,11 @@
 //             what it does in each stage. Stage 0 is the output of rt_ready.
 // Stages      stage_*_o[k] is what stands in stage k; stage_error_o says that what the context waited for could not be read. With park_i[k] the
 //             context in stage k leaves, because a cache has it and will wake it. retry_i puts the context of the last stage back into a
-//             queue, with its error: nothing of it has changed, so nothing has to stall. again_i does the same for one that has got on.
+//             queue, with its error: nothing of it has changed, so nothing has to stall. With again_i one that has got on and has more to do comes
+//             again, behind those that have been pushed.
+// Back-pressure   go_i says that the last stage can pass contexts on. While it cannot, nobody enters: who looks up in vain takes lines from others.
+// Age         While hold_i is 1 nobody new enters, so that those who are inside get on before anybody else (rt_generation); empty_o: nobody is inside,
+//             that is in the stages, in a cache, or tried again. A context that comes again in the very clock of a push enters in spite of hold_i.
 // Latency     3 from a push to stage 0, 1 from a wake; a stage a clock; 1 from retry_i to the queue.
 // Capacity    A context is in one place at a time, so every queue has room for it.
 // Counterpart the loop over contexts in hls/top/trace.cpp.
@@ -17,6 +21,9 @@ module rt_context_pipe #(
 ) (
     input  logic                               clk_i,
     input  logic                               rst_ni,
+    input  logic                               hold_i,
+    input  logic                               go_i,
+    output logic                               empty_o,
     input  logic                               push_valid_i,
     input  logic [ContextBits-1:0]             push_context_i,
     input  logic [Wakes-1:0]                   wake_valid_i,
@@ -28,7 +35,7 @@ module rt_context_pipe #(
     output logic [Stages-1:0]                  stage_error_o,
     input  logic [Stages-1:0]                  park_i,
     input  logic                               retry_i,
-    input  logic                               again_i,  // it has got on and has more to do: back into a queue as well
+    input  logic                               again_i,  // it has got on and has more to do
     output logic                               idle_o
 );
   localparam int unsigned Last = Stages - 1;
@@ -37,8 +44,14 @@ module rt_context_pipe #(
 
   logic [Last:1]     valid_q, error_q;
   context_t [Last:1] context_q;
-  logic              retry_q, retry_error_q, ready_idle;
-  context_t          retry_context_q;
+  logic              retry_q, again_q, retry_error_q, ready_idle, entered, gets_on, left_q, again_met;
+  context_t          retry_context_q, getting_on, push_context;
+  logic              push_valid;
+  assign getting_on   = stage_context_o[Last];
+  assign gets_on      = stage_valid_o[Last] && !park_i[Last] && !retry_i;
+  assign push_valid   = push_valid_i || again_q;
+  assign push_context = push_valid_i ? push_context_i : retry_context_q;
+  assign again_met    = again_q && push_valid_i;
   rt_ready #(
       .Contexts(Contexts),
       .Pushes  (2),
@@ -46,8 +59,11 @@ module rt_context_pipe #(
   ) u_ready (
       .clk_i,
       .rst_ni,
-      .push_valid_i  ({retry_q, push_valid_i}),
-      .push_context_i({retry_context_q, push_context_i}),
+      .hold_i,
+      .go_i,
+      .entered_o     (entered),
+      .push_valid_i  ({retry_q || again_met, push_valid}),
+      .push_context_i({retry_context_q, push_context}),
       .push_error_i  ({retry_error_q, 1'b0}),
       .wake_valid_i,
       .wake_ready_o,
@@ -67,29 +83,25 @@ module rt_context_pipe #(
       context_q[k] <= stage_context_o[k-1];
       error_q[k]   <= stage_error_o[k-1];
     end
-    retry_q         <= (retry_i || again_i) && rst_ni;
-    retry_context_q <= stage_context_o[Last];
+    retry_q         <= retry_i && rst_ni;
+    again_q         <= again_i && rst_ni;
+    retry_context_q <= getting_on;
     retry_error_q   <= stage_error_o[Last];
   end
-  assign idle_o = ready_idle && stage_valid_o == '0 && !retry_q;
+  assign idle_o = ready_idle && stage_valid_o == '0 && !retry_q && !again_q;
 
-`ifndef SYNTHESIS
-  // The longest that a context has been here without getting on (rt_run_checker holds it against its bound).
-  logic [31:0] clock_q, longest_q, came_at_q[Contexts];
-  logic        gets_on;
-  assign gets_on = stage_valid_o[Last] && !park_i[Last] && !retry_i;
+  // Those inside.
+  logic [ContextBits:0] inside_q;
+  logic                 empty_q;
   always_ff @(posedge clk_i) begin
-    clock_q <= clock_q + 1;
-    if (push_valid_i) came_at_q[push_context_i] <= clock_q;
-    if (gets_on && again_i) came_at_q[stage_context_o[Last]] <= clock_q;
-    if (gets_on && clock_q - came_at_q[stage_context_o[Last]] > longest_q) longest_q <= clock_q - came_at_q[stage_context_o[Last]];
-    if (!rst_ni) begin
-      clock_q   <= '0;
-      longest_q <= '0;
-    end
+    left_q   <= gets_on && rst_ni;
+    inside_q <= inside_q + (ContextBits + 1)'(entered) - (ContextBits + 1)'(left_q && !again_met);
+    empty_q  <= inside_q == '0;
+    if (!rst_ni) inside_q <= '0;
   end
-`endif
+  assign empty_o = empty_q;
 
+  `RT_ASSERT(InsideIsKnown, !left_q || inside_q != '0)
   `RT_ASSERT(RetriesWhatIsThere, !(retry_i || again_i) || (stage_valid_o[Last] && !park_i[Last]))
   `RT_ASSERT(ParksWhatIsThere, (park_i & ~stage_valid_o) == '0)
 endmodule

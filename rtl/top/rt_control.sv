@@ -86,8 +86,11 @@ module rt_control #(
     Judge
   } phase_e;
   phase_e                           phase_q;
-  logic [31:0]                      offset, count, most, offset_q;  // most: as many records as an index can name
-  logic                             too_many_q;
+  logic [31:0]                      offset, count, offset_q;
+  logic                             too_many, too_many_q;  // more records than an index can name
+  function automatic logic exceeds(logic [31:0] value, int unsigned bits);  // value > 2^bits
+    return (value >> (bits + 1)) != '0 || (value[bits] && (value & ((32'd1 << bits) - 1'b1)) != '0);
+  endfunction
   logic [39:0]                      bytes, bytes_q;
   logic [LinesBits:0]               section_end_q;
   logic [rt_core_pkg::AddrBits-1:0] section_base_q;
@@ -95,7 +98,6 @@ module rt_control #(
     offset = word[rt_contract_pkg::HeaderPairOffsetWord];
     count  = word[rt_contract_pkg::HeaderPairCountWord];
     bytes  = 40'(count) << $clog2(rt_contract_pkg::NodePairBytes);
-    most   = 32'd1 << rt_contract_pkg::PairIndexBits;
     case (section_q)
       2'd1: begin
         offset = word[rt_contract_pkg::HeaderLeafOffsetWord];
@@ -106,15 +108,18 @@ module rt_control #(
         offset = word[rt_contract_pkg::HeaderListOffsetWord];
         count  = word[rt_contract_pkg::HeaderListCountWord];
         bytes  = 40'(count) << 2;
-        most   = 32'd1 << rt_contract_pkg::ListIndexBits;
       end
       2'd3: begin
         offset = word[rt_contract_pkg::HeaderTriangleOffsetWord];
         count  = word[rt_contract_pkg::HeaderTriangleCountWord];
         bytes  = 40'(count) << $clog2(rt_contract_pkg::TriangleBytes);
-        most   = 32'd1 << rt_contract_pkg::TriangleIndexBits;
       end
       default: ;
+    endcase
+    case (section_q)
+      2'd2: too_many = exceeds(count, rt_contract_pkg::ListIndexBits);
+      2'd3: too_many = exceeds(count, rt_contract_pkg::TriangleIndexBits);
+      default: too_many = exceeds(count, rt_contract_pkg::PairIndexBits);
     endcase
   end
   logic [rt_core_pkg::AddrBits-1:0] image_base_q;  // as the host wrote it before the start
@@ -132,7 +137,7 @@ module rt_control #(
     image_lines_q  <= run_i.image_lines;
     offset_q       <= offset;
     bytes_q        <= bytes;
-    too_many_q     <= count > most;
+    too_many_q     <= too_many;
     section_end_q  <= (LinesBits + 1)'((bytes_q + 40'd63) >> rt_core_pkg::LineShift) + (LinesBits + 1)'(offset_q);
     section_base_q <= image_base_q + (rt_core_pkg::AddrBits'(offset_q) << rt_core_pkg::LineShift);
     case (phase_q)

@@ -333,6 +333,30 @@ module rt_core #(
   logic [Lanes-1:0] lanes_idle;
   logic             nodes_idle, leaves_idle, references_idle;
 
+  // --- generations: all pipes of contexts at once ---
+  localparam int unsigned HoldLeaf = Lanes;
+  localparam int unsigned HoldReferences = Lanes + 1;
+  localparam int unsigned HoldNodes = Lanes + 2;
+  logic               hold;
+  logic [Lanes+1:0]   pipe_empty;
+  logic [HoldNodes:0] unit_hold;
+  rt_generation #(
+      .Pipes     (Lanes + 2),
+      .PeriodBits(rt_core_pkg::GenerationBits)
+  ) u_generation (
+      .clk_i,
+      .rst_ni (wires_rst_n),
+      .empty_i(pipe_empty),
+      .hold_o (hold)
+  );
+  rt_copies #(
+      .Copies(HoldNodes + 1)
+  ) u_holds (
+      .clk_i,
+      .data_i(hold),
+      .data_o(unit_hold)
+  );
+
   // --- lanes ---
   typedef struct packed {
     context_t              ctx;
@@ -423,6 +447,8 @@ module rt_core #(
     ) u_lane (
         .clk_i,
         .rst_ni          (rst_n[ResetLane+l]),
+        .hold_i          (unit_hold[l]),
+        .empty_o         (pipe_empty[l]),
         .view_i          (lane_view),
         .axis_valid_i    (lane_axis_valid),
         .axis_context_i  (lane_axis.ctx[LaneContextBits-1:0]),
@@ -473,6 +499,7 @@ module rt_core #(
       .rst_ni       (rst_n[ResetNodes]),
       .flush_i      (unit_flush[0]),
       .flushing_o   (flushing[0]),
+      .keep_i       (unit_hold[HoldNodes]),
       .req_valid_i  (look_valid),
       .req_key_i    (look_key),
       .req_word_i   (look_word),
@@ -584,6 +611,8 @@ module rt_core #(
       .rst_ni              (rst_n[ResetLeaves]),
       .flush_i             (unit_flush[1]),
       .flushing_o          (flushing[1]),
+      .hold_i              (unit_hold[HoldLeaf]),
+      .empty_o             (pipe_empty[HoldLeaf]),
       .view_i              (view),
       .parent_links_i      (parent_links_q),
       .axis_valid_i        (stored_axis_valid),
@@ -689,6 +718,8 @@ module rt_core #(
       .rst_ni                (rst_n[ResetReferences]),
       .flush_i               (unit_flush[2]),
       .flushing_o            (flushing[2]),
+      .hold_i                (unit_hold[HoldReferences]),
+      .empty_o               (pipe_empty[HoldReferences]),
       .view_i                (view),
       .mailbox_i             (mailbox_q),
       .axis_valid_i          (stored_axis_valid),
@@ -878,16 +909,15 @@ module rt_core #(
   // --- at the end of a run nothing is anywhere ---
 `ifndef SYNTHESIS
   localparam int unsigned Pipes = Lanes + 2;
-  logic [Pipes-1:0][31:0] waits;
-  logic [31:0]            longest_wait;
-  assign waits[Lanes]   = u_leaf.u_pipe.longest_q;
-  assign waits[Lanes+1] = u_references.u_pipe.longest_q;
+  logic [Pipes-1:0]                  comes, gets_on;
+  logic [Pipes-1:0][ContextBits-1:0] coming, getting_on;
+  assign {comes[Lanes], coming[Lanes]}               = {u_leaf.u_pipe.push_valid, u_leaf.u_pipe.push_context};
+  assign {gets_on[Lanes], getting_on[Lanes]}         = {u_leaf.u_pipe.gets_on, u_leaf.u_pipe.getting_on};
+  assign {comes[Lanes+1], coming[Lanes+1]}           = {u_references.u_pipe.push_valid, u_references.u_pipe.push_context};
+  assign {gets_on[Lanes+1], getting_on[Lanes+1]}     = {u_references.u_pipe.gets_on, u_references.u_pipe.getting_on};
   for (genvar l = 0; l < int'(Lanes); l++) begin : gen_wait
-    assign waits[l] = gen_lane[l].u_lane.u_pipe.longest_q;
-  end
-  always_comb begin
-    longest_wait = '0;
-    for (int unsigned i = 0; i < Pipes; i++) if (waits[i] > longest_wait) longest_wait = waits[i];
+    assign {comes[l], coming[l]}       = {gen_lane[l].u_lane.u_pipe.push_valid, context_t'(gen_lane[l].u_lane.u_pipe.push_context)};
+    assign {gets_on[l], getting_on[l]} = {gen_lane[l].u_lane.u_pipe.gets_on, context_t'(gen_lane[l].u_lane.u_pipe.getting_on)};
   end
   rt_run_checker #(
       .Config(Config)
@@ -907,7 +937,11 @@ module rt_core #(
       .idle_i      (lanes_idle == '1 && nodes_idle && leaves_idle && references_idle && !arrival_valid && !first_valid && !direct_valid && !tri_valid && !entering_valid),
       .freed_i     (free_valid),
       .launched_i  (ray_go),
-      .longest_wait_i(longest_wait)
+      .stalled_i   (hit_valid_o && !hit_ready_i),
+      .comes_i     (comes),
+      .coming_i    (coming),
+      .gets_on_i   (gets_on),
+      .getting_on_i(getting_on)
   );
 `endif
 endmodule

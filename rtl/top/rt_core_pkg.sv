@@ -7,6 +7,7 @@ package rt_core_pkg;
   localparam int unsigned LineShift = 6;  // 64-byte lines
   localparam int unsigned MshrIdBits = 3;
   localparam int unsigned SourceBits = 4;
+  localparam int unsigned GenerationBits = 15;  // a generation of contexts every 2^GenerationBits clocks (rt_generation)
   localparam int unsigned IdBits = SourceBits + MshrIdBits;
 
   typedef struct packed {

@@ -6,7 +6,7 @@
 //             and is ready again when the stage's result has been written to its state. At a leaf, or when it ends, it leaves through out_*.
 // Node cache  One for all lanes, with a port for each (rt_core): a context that misses is parked there; the lane goes on with others.
 // Retry       Where S5 cannot pass its context on (the stage or the queue is full), the context just becomes ready again: nothing of it
-//             has changed. So nothing in the lane ever stalls.
+//             has changed. So nothing in the lane ever stalls. While the queue of arrivals is full nobody looks up.
 // Launch      launch_* puts a context into a state and makes it ready: a new ray, or a return from its leaf. Always accepted; results of the
 //             stages wait meanwhile, as there is one memory of states.
 // Statuses    As hls/top/trace.cpp orders them: step limit, then index, then what was read. A context's limit and index are checked before its
@@ -20,6 +20,8 @@ module rt_lane #(
 ) (
     input  logic                               clk_i,
     input  logic                               rst_ni,
+    input  logic                               hold_i,   // age (rt_context_pipe)
+    output logic                               empty_o,
     input  rt_core_pkg::image_view_t           view_i,
     // An axis of a new ray; all of them are there when it is launched.
     input  logic                               axis_valid_i,
@@ -101,7 +103,7 @@ module rt_lane #(
   localparam int unsigned Stages = 6;
   logic [Stages-1:0]     stage_valid, stage_error, park;
   context_t [Stages-1:0] stage_context;
-  logic                  state_write_en_q, retry;
+  logic                  state_write_en_q, retry, out_ready;
   context_t              state_context_q;
   rt_context_pipe #(
       .Contexts(Contexts),
@@ -109,6 +111,9 @@ module rt_lane #(
   ) u_pipe (
       .clk_i,
       .rst_ni,
+      .hold_i,
+      .go_i           (out_ready),
+      .empty_o,
       .push_valid_i   (state_write_en_q),
       .push_context_i (state_context_q),
       .wake_valid_i,
@@ -154,7 +159,7 @@ module rt_lane #(
   rt_contract_pkg::node_pair_record_t s5_pair_q;
   rt_core_pkg::walk_ray_t            s5_ray_q;
   segment_t                          s5_segment_q;
-  logic                              s5_right, s5_at_leaf, s5_out, s5_down, s5_up, out_ready;
+  logic                              s5_right, s5_at_leaf, s5_out, s5_down, s5_up;
   rt_contract_pkg::position_t        s5_split;
   rt_contract_pkg::axis_t            s5_axis;
   rt_contract_pkg::pair_index_t      s5_child;

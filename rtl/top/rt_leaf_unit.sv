@@ -18,6 +18,8 @@ module rt_leaf_unit #(
     input  logic                               rst_ni,
     input  logic                               flush_i,
     output logic                               flushing_o,
+    input  logic                               hold_i,   // age (rt_context_pipe)
+    output logic                               empty_o,
     input  rt_core_pkg::image_view_t           view_i,
     input  logic                               parent_links_i,
     // An axis of a new ray.
@@ -87,7 +89,7 @@ module rt_leaf_unit #(
   localparam int unsigned Stages = 7;
   logic [Stages-1:0]     stage_valid, stage_error, park;
   context_t [Stages-1:0] stage_context;
-  logic                  retry, pipe_idle, cache_idle;
+  logic                  retry, enter_ready, pipe_idle, cache_idle;
   logic                  wake_valid, wake_ready, wake_error;
   context_t              wake_context;
   logic                  in_valid_q;
@@ -98,6 +100,9 @@ module rt_leaf_unit #(
   ) u_pipe (
       .clk_i,
       .rst_ni,
+      .hold_i,
+      .go_i           (enter_ready),
+      .empty_o,
       .push_valid_i   (in_valid_q),
       .push_context_i (in_context_q),
       .wake_valid_i   (wake_valid),
@@ -181,7 +186,7 @@ module rt_leaf_unit #(
   rt_contract_pkg::status_t p3_fault_q, p4_fault_q;
   rt_core_pkg::walk_axis_t [rt_core_pkg::Axes-1:0] p5_axes;
 
-  logic                                  p5_look, p5_hit, enter, enter_ready;
+  logic                                  p5_look, p5_hit, enter;
   rt_core_pkg::leaf_size_t               p5_size_q;
   rt_contract_pkg::status_t              p5_fault_q;
   rt_contract_pkg::leaf_record_t         p5_leaf;
@@ -205,6 +210,7 @@ module rt_leaf_unit #(
       .rst_ni,
       .flush_i,
       .flushing_o,
+      .keep_i      (hold_i),
       .req_valid_i (p2_look),
       .req_key_i   (p2_key),
       .req_word_i  (1'b0),

@@ -1,6 +1,7 @@
 // Contexts that can go on, in the order in which they became ready.
 //
 // Inputs      Pushes: at most one context a clock each, always taken, with a queue for each. Wakes: streams, such as those of a cache. They take turns.
+// Hold        While hold_i is 1 the first push queue stands still, but for a context that it has offered already. While go_i is 0 nobody leaves.
 // Output      One context a clock, from registers, with the word that what it waited for could not be read.
 // Latency     2 from a push, 1 from a wake. Throughput 1 a clock.
 // Capacity    A context is in one place at a time, so its queue has room.
@@ -13,6 +14,9 @@ module rt_ready #(
 ) (
     input  logic                              clk_i,
     input  logic                              rst_ni,
+    input  logic                              hold_i,
+    input  logic                              go_i,
+    output logic                              entered_o,  // a context of the first push queue leaves it
     input  logic [Pushes-1:0]                 push_valid_i,
     input  logic [Pushes-1:0][ContextBits-1:0] push_context_i,
     input  logic [Pushes-1:0]                 push_error_i,
@@ -33,7 +37,8 @@ module rt_ready #(
   } ready_t;
   logic [Sources-1:0]    source_valid, source_ready;
   ready_t                source[Sources], chosen, chosen_q;
-  logic                  chosen_valid, valid_q;
+  logic                  chosen_valid, valid_q, offered_q;
+  logic [Pushes-1:0]     queue_valid, queue_ready;
   logic [SourceBits-1:0] chosen_index_unused;
 
   for (genvar i = 0; i < int'(Pushes); i++) begin : gen_push
@@ -48,15 +53,20 @@ module rt_ready #(
         .in_valid_i (push_valid_i[i]),
         .in_ready_o (room),
         .in_data_i  ('{error: push_error_i[i], ctx: push_context_i[i]}),
-        .out_valid_o(source_valid[i]),
-        .out_ready_i(source_ready[i]),
+        .out_valid_o(queue_valid[i]),
+        .out_ready_i(queue_ready[i]),
         .out_data_o (source[i]),
         .usage_o    (usage_unused)
     );
     `RT_ASSERT(QueueHasRoom, !push_valid_i[i] || room)
   end
+  always_comb begin
+    source_valid    = {wake_valid_i, queue_valid};
+    source_valid[0] = queue_valid[0] && (!hold_i || offered_q);
+  end
+  assign queue_ready = source_ready[Pushes-1:0];
+  assign entered_o   = queue_ready[0];
   for (genvar i = 0; i < int'(Wakes); i++) begin : gen_wake
-    assign source_valid[Pushes+i] = wake_valid_i[i];
     assign wake_ready_o[i]        = source_ready[Pushes+i];
     assign source[Pushes+i]       = '{error: wake_error_i[i], ctx: wake_context_i[i]};
   end
@@ -72,16 +82,17 @@ module rt_ready #(
       .in_data_i  (source),
       .in_last_i  ('1),
       .out_valid_o(chosen_valid),
-      .out_ready_i(1'b1),
+      .out_ready_i(go_i),
       .out_data_o (chosen),
       .out_index_o(chosen_index_unused)
   );
   always_ff @(posedge clk_i) begin
-    valid_q  <= chosen_valid && rst_ni;
-    chosen_q <= chosen;
+    valid_q   <= chosen_valid && go_i && rst_ni;
+    chosen_q  <= chosen;
+    offered_q <= source_valid[0] && !source_ready[0] && rst_ni;
   end
   assign valid_o   = valid_q;
   assign context_o = chosen_q.ctx;
   assign error_o   = chosen_q.error;
-  assign idle_o    = source_valid == '0 && !valid_q;
+  assign idle_o    = queue_valid == '0 && wake_valid_i == '0 && !valid_q;
 endmodule

@@ -20,6 +20,8 @@ module rt_reference_unit #(
     input  logic                                 rst_ni,
     input  logic                                 flush_i,
     output logic                                 flushing_o,
+    input  logic                                 hold_i,   // age (rt_context_pipe)
+    output logic                                 empty_o,
     input  rt_core_pkg::image_view_t             view_i,
     input  logic                                 mailbox_i,
     // An axis of a new ray, and the new ray.
@@ -173,6 +175,7 @@ module rt_reference_unit #(
       .rst_ni,
       .flush_i,
       .flushing_o   (list_flushing),
+      .keep_i       (hold_i),
       .req_valid_i  (i2_list_look),
       .req_key_i    (i2_entry[LineEntryBits+:ListKeyBits]),
       .req_word_i   (i2_entry[WordEntryBits+:LineWordBits]),
@@ -206,8 +209,7 @@ module rt_reference_unit #(
   logic [EntryBits-1:0]             i6_index_q;
   rt_contract_pkg::triangle_index_t i6_after_q;
   logic                             i6_known, i6_look;
-  logic [Contexts-1:0]              any_q;  // rays that any hit will do for
-  logic                             i5_any_q, i5_has_hit_q;
+  logic                             i4_any, i5_any_q, i5_has_hit_q;
 
   always_comb begin
     i6_event = i6_event_q;
@@ -246,6 +248,7 @@ module rt_reference_unit #(
       .rst_ni,
       .flush_i,
       .flushing_o   (triangle_flushing),
+      .keep_i       (hold_i),
       .req_valid_i  (i6_look),
       .req_key_i    (i6_index_q[23:0]),
       .req_word_i   (1'b0),
@@ -457,7 +460,7 @@ module rt_reference_unit #(
     i5_after_q       <= i4_after_q;
     i5_final_q       <= i4_final_q;
     i6_mail_q        <= i5_mail_q;
-    i5_any_q         <= any_q[stage_context[4]];
+    i5_any_q         <= i4_any;
     i5_has_hit_q     <= has_hit_i[stage_context[4]];
     i6_killed_q      <= i5_any_q && i5_has_hit_q;
     i6_event_q       <= i5_event_q;
@@ -490,8 +493,21 @@ module rt_reference_unit #(
     done_mail_q      <= i9_mail_q;
     done_after_q     <= i9_after_q;
     done_index_q     <= i9_index_q;
-    if (ray_valid_i) any_q[ray_context_i] <= ray_any_i;
   end
+
+  // Rays that any hit will do for.
+  rt_ram_lut #(
+      .Depth (Contexts),
+      .data_t(logic)
+  ) u_any (
+      .clk_i,
+      .rst_ni,
+      .write_en_i  (ray_valid_i),
+      .write_addr_i(ray_context_i),
+      .write_data_i(ray_any_i),
+      .read_addr_i (stage_context[4]),
+      .read_data_o (i4_any)
+  );
 
   // --- the stages ---
   rt_context_pipe #(
@@ -501,6 +517,9 @@ module rt_reference_unit #(
   ) u_pipe (
       .clk_i,
       .rst_ni,
+      .hold_i,
+      .go_i           (out_ready_i),
+      .empty_o,
       .push_valid_i   (in_valid_i),
       .push_context_i (in_context_i),
       .wake_valid_i   (wake_valid),

@@ -32,12 +32,13 @@ def bites(arguments):
              ("magic of the image", flip(8, 0), "status"), ("no rays", flip(1, 6), "no vector file"), ("empty file", ["0"], "no vector file")]
     if rays != 64:
         sys.exit("the case 'no rays' flips bit 6 of the number of rays, which is %d" % rays)
-    for name, content, complaint in cases:
+    cases = [case + ([],) for case in cases] + [("bufferable writes", words, "a bufferable write", ["+bufferable"])]
+    for name, content, complaint, options in cases:
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "frame.hex")
             with open(path, "w", encoding="ascii") as file:
                 file.write("\n".join(content) + "\n")
-            run = subprocess.run([programs[0], "+frame=" + path, "+seed=%d" % (len(name) * 7919)], capture_output=True, text=True, timeout=120, cwd=folder)
+            run = subprocess.run([programs[0], "+frame=" + path, "+seed=%d" % (len(name) * 7919), *options], capture_output=True, text=True, timeout=120, cwd=folder)
         text = run.stdout + run.stderr
         good = run.returncode == 0 and "64 hits equal" in text if complaint is None else run.returncode != 0 and complaint in text
         print("%-20s %s" % (name, "ok" if good else "NOT as expected:\n" + text))

@@ -3,11 +3,15 @@
 import pathlib
 import re
 import subprocess
+import sys
 import tempfile
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-PACKAGES = ["pkg/rt_contract_pkg.sv", "lib/rt_lib_pkg.sv", "stages/rt_stage_pkg.sv", "top/rt_core_pkg.sv", "regs/rt_regs_pkg.sv"]
+sys.path.insert(0, str(ROOT / "scripts"))
+from rtl_packages import rtl_packages  # noqa: E402
+
+CONFIGURATIONS = "pkg/rt_config_pkg.sv"
 # What is changed in ConfigEcp5, and the check that must refuse it.
 BROKEN = [
     ({"lanes": 9}, "LanesKnown"),
@@ -48,7 +52,7 @@ def elaborate(changes):
         package.write_text(text.replace("endpackage", "  localparam config_t ConfigTried = '{%s};\nendpackage" % record))
         run = subprocess.run(["verilator", "--lint-only", "-Wno-lint", "+define+RT_CONFIG=ConfigTried", "+incdir+rtl/lib",
                               *[word for name in ("lib", "stages", "cache", "regs", "top") for word in ("-y", "rtl/" + name)],
-                              "rtl/" + PACKAGES[0], str(package), *["rtl/" + name for name in PACKAGES[1:]], "rtl/top/rt_top.sv", "--top-module", "rt_top"],
+                              *[str(package) if name == CONFIGURATIONS else "rtl/" + name for name in rtl_packages()], "rtl/top/rt_top.sv", "--top-module", "rt_top"],
                              cwd=ROOT, capture_output=True, text=True)
     return run.returncode, run.stdout + run.stderr
 

@@ -238,6 +238,42 @@ TEST_F(RtlCore, StepLimit) {
   EXPECT_FALSE(driver_.status().ray_fault);
 }
 
+// A sink that takes nothing holds up every result, so whoever is inside has nothing to read for: a context that looked up again and again for a stage
+// that cannot take it would fetch its line anew each time that another one has taken its place.
+TEST(RtlCoreSink, NothingIsReadWhileNoHitIsTaken) {
+  SCOPED_TRACE("seed " + std::to_string(test_seed()));
+  constexpr std::uint64_t kSettle = 20000, kWatched = 20000;
+  const auto& built = cosim::core_configurations();
+  for (const char* configuration : {"small", "ecp5"}) {
+    if (std::find(built.begin(), built.end(), configuration) == built.end()) continue;
+    for (const char* scene : {"knot", "needles", "room:detail=0.02"}) {
+      SCOPED_TRACE(std::string(configuration) + ", " + scene);
+      const Prepared& p = prepared(scene);
+      auto rays = only_inside(p.primary);
+      const auto more = only_inside(p.awkward);
+      rays.insert(rays.end(), more.begin(), more.end());
+      MemoryOptions free, closed;
+      free.seed = closed.seed = test_seed();
+      for (const auto channel : {cosim::AxiChannel::kAw, cosim::AxiChannel::kW})
+        closed.hold_off[static_cast<std::size_t>(channel)] = cosim::HoldOff::list({0});
+      SimulatedDevice device({configuration, closed, "", test_seed()});
+      CoreDriver driver(device);
+      driver.load(p.image.words(), rays.size());
+      driver.start(packed(rays), {});
+      device.run(kSettle);
+      const std::uint64_t before = device.memory().read_bursts();
+      device.run(kWatched);
+      EXPECT_EQ(device.memory().read_bursts(), before) << "of " << before << " in the clocks before";
+      EXPECT_TRUE(driver.status().busy);
+      device.memory().set_options(free);
+      driver.wait(kPatience);
+      std::vector<std::uint64_t> hits(2 * rays.size());
+      driver.hits(hits);
+      EXPECT_EQ(hits, csim_hits(p.image.words(), rays, {}));
+    }
+  }
+}
+
 // ------------------------------------------------------------------------------------------------ faults
 
 constexpr int kHeaderBursts = contract::kHeaderBytes / 64;  // the first of every run, one line each

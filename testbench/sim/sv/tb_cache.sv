@@ -85,6 +85,7 @@ module tb_cache #(
         .clk_i,
         .rst_ni,
         .flush_i      (flush_i[c]),
+        .keep_i       (1'b0),
         .flushing_o   (flushing_o[c]),
         .req_valid_i  (req_valid_i[c][Ports-1:0]),
         .req_key_i    (req_key),

@@ -3,6 +3,7 @@
 // Purpose     Shows that the core works where the project's own co-simulation does not run (a vendor's simulator, FuseSoC).
 // Vectors     +frame=FILE (default frame.hex), written by frame_vectors: image, rays and the kernel's hits as 64-bit words.
 // Memory      In order, with pauses from a shift register (+seed=N): address and data channels hold off at random.
+// Bufferable  With +bufferable the writes reach the memory with AWCACHE[0] = 1, as if the core said so: the bench has to refuse them.
 // End         Prints "tb_frame: N hits equal" and finishes, or $fatal with the first difference, a fault status, or no end in time.
 `timescale 1ns / 1ps
 module tb_frame;
@@ -28,7 +29,10 @@ module tb_frame;
   logic [6:0] m_ar_id, m_r_id, m_aw_id, m_b_id;
   logic [39:0] m_ar_addr, m_aw_addr;
   logic [7:0] m_ar_len, m_aw_len;
-  logic [3:0] m_aw_cache;
+  logic [3:0] m_aw_cache, aw_cache;
+  logic bufferable;
+  initial bufferable = $test$plusargs("bufferable") != 0;
+  assign aw_cache = m_aw_cache | {3'b000, bufferable};
   logic [63:0] m_r_data, m_w_data;
   logic [7:0] m_w_strb;
 
@@ -132,7 +136,7 @@ module tb_frame;
       if (m_aw_valid && m_aw_ready) begin
         writing    <= 1'b1;
         write_word <= m_aw_addr[39:3];
-        if (m_aw_cache[0]) $fatal(1, "tb_frame: a bufferable write: its answer does not say that the hit is visible");
+        if (aw_cache[0]) $fatal(1, "tb_frame: a bufferable write: its answer does not say that the hit is visible");
         if (m_aw_addr[39:3] < 37'(hit_word) || m_aw_addr[39:3] + 37'(m_aw_len) >= 37'(hit_word + 2 * rays))
           $fatal(1, "tb_frame: write outside the hits: %h", m_aw_addr);
       end
