@@ -114,7 +114,7 @@ def draw_walk(ray):
             drawing.dot(*at(t), BLUE)
             drawing.text(at(t)[0] - 8, at(t)[1] + 22, "t = %.4f" % t, 14, BLUE, "end")
     drawing.text(at(end)[0] - 8, at(end)[1] + 22, "hit, t = %.4f" % end, 14, RED, "end")
-    drawing.text(left, top - 14, "side view of the scene box: z to the left, y up; dashed: split planes on the way down (those across x are not seen)", 13)
+    drawing.text(left, top - 14, "side view of the scene box, z to the left, y up; dashed: split planes of the way down (not those across x)", 13)
     return str(drawing)
 
 
