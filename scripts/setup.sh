@@ -17,16 +17,13 @@ python_tools() {
   }
   cp "$2" "$1/requirements.installed"
 }
-if [ "${1:-}" = --docs ]; then
-  python_tools .env/docs scripts/docs/requirements.txt
-  exit
-fi
 
 packages=(g++ clang cmake ninja-build ccache python3 python3-pip python3-venv pkg-config libglm-dev libopenimageio-dev openimageio-tools
   libtbb-dev libcli11-dev nlohmann-json3-dev libgtest-dev libgmock-dev libembree-dev gappa assimp-testmodels clang-format clang-tidy
   libclang-rt-14-dev python3-clang-14 verilator make tcl unzip zlib1g-dev)
 # Without these the program works and their tests are skipped.
 if [ "${1:-}" = --tools ]; then packages+=(chromium ffmpeg); fi
+if [ "${1:-}" = --docs ]; then packages=(git python3 python3-venv); fi
 
 missing=()
 for package in "${packages[@]}"; do
@@ -47,6 +44,11 @@ if ((${#missing[@]})); then
     exit 1
   fi
   rm -f /tmp/retrace-setup-$$.log
+fi
+
+if [ "${1:-}" = --docs ]; then
+  python_tools .env/docs scripts/docs/requirements.txt
+  exit
 fi
 
 # ap_types: a vendor installation if one is named, otherwise the Apache-2.0 headers inside the hls4ml wheel. The same wheel has ac_types
