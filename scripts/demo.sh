@@ -10,6 +10,7 @@ size=${1:-960x640}
 small=$(((${size%x*} + 2) / 3))x$(((${size#*x} + 2) / 3))
 out=out/demo
 log=out/demo/build.log
+started=$SECONDS
 
 scripts/setup.sh
 mkdir -p "$out"
@@ -43,3 +44,4 @@ done
 echo
 echo "Pictures, depth, normals, step and test heat maps, and difference images:"
 for file in "$out"/*.png "$out"/*.exr; do echo "  $file"; done
+echo "demo: $(((SECONDS - started + 30) / 60)) min"

@@ -2,14 +2,28 @@
 # Installs what the project needs and is not there yet: Debian packages with apt when root or sudo is available (otherwise it prints the exact
 # line and stops), ap_types out of a pinned wheel into .env/, and with --tools the pinned Python tools of lint and register generation
 # into .env/py and what only tests look through (Chromium: the lab's page; ffmpeg: videos). Does nothing when all is there.
+# With --docs: nothing but what builds the documentation, into .env/docs (scripts/docs.sh calls it).
 set -euo pipefail
 cd "$(dirname "$0")/.."
+
+# An environment of the project's own for Python packages of pinned versions: python_tools FOLDER REQUIREMENTS.
+python_tools() {
+  cmp -s "$2" "$1/requirements.installed" && return
+  echo "setup: installing the Python tools of $2 into $1" >&2
+  [ -x "$1/bin/python" ] || python3 -m venv "$1"
+  "$1/bin/python" -m pip install --quiet -r "$2" || {
+    echo "setup: pip could not install $2" >&2
+    exit 1
+  }
+  cp "$2" "$1/requirements.installed"
+}
 
 packages=(g++ clang cmake ninja-build ccache python3 python3-pip python3-venv pkg-config libglm-dev libopenimageio-dev openimageio-tools
   libtbb-dev libcli11-dev nlohmann-json3-dev libgtest-dev libgmock-dev libembree-dev gappa assimp-testmodels clang-format clang-tidy
   libclang-rt-14-dev python3-clang-14 verilator make tcl unzip zlib1g-dev)
 # Without these the program works and their tests are skipped.
 if [ "${1:-}" = --tools ]; then packages+=(chromium ffmpeg); fi
+if [ "${1:-}" = --docs ]; then packages=(git python3 python3-venv); fi
 
 missing=()
 for package in "${packages[@]}"; do
@@ -32,6 +46,11 @@ if ((${#missing[@]})); then
   rm -f /tmp/retrace-setup-$$.log
 fi
 
+if [ "${1:-}" = --docs ]; then
+  python_tools .env/docs scripts/docs/requirements.txt
+  exit
+fi
+
 # ap_types: a vendor installation if one is named, otherwise the Apache-2.0 headers inside the hls4ml wheel. The same wheel has ac_types
 # (Apache-2.0), on which a test runs the kernels as well.
 if [ -z "${RETRACE_AP_TYPES:-}${XILINX_HLS:-}" ] && { [ ! -f .env/ap_types/ap_int.h ] || [ ! -f .env/ac_types/ac_int.h ]; }; then
@@ -51,13 +70,5 @@ if [ -z "${RETRACE_AP_TYPES:-}${XILINX_HLS:-}" ] && { [ ! -f .env/ap_types/ap_in
   rm -rf .env/ap_types.tmp
 fi
 
-# Python tools: Yosys with its slang frontend (lint), PeakRDL (registers). An environment of the project's own, versions pinned.
-if [ "${1:-}" = --tools ] && ! cmp -s scripts/requirements.txt .env/py/requirements.installed; then
-  echo "setup: installing the Python tools of scripts/requirements.txt into .env/py" >&2
-  [ -x .env/py/bin/python ] || python3 -m venv .env/py
-  .env/py/bin/python -m pip install --quiet -r scripts/requirements.txt || {
-    echo "setup: pip could not install scripts/requirements.txt" >&2
-    exit 1
-  }
-  cp scripts/requirements.txt .env/py/requirements.installed
-fi
+# Python tools: Yosys with its slang frontend and codespell (lint), PeakRDL (registers).
+if [ "${1:-}" = --tools ]; then python_tools .env/py scripts/requirements.txt; fi

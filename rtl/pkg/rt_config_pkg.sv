@@ -16,9 +16,9 @@ package rt_config_pkg;
     logic [31:0] mshrs;  // misses in flight a cache: 2 to 8
     logic [31:0] mail_entries;  // triangles remembered a ray: 0 or a power of two
     logic [31:0] hit_lines;  // lines of 64 bytes in which hits are combined: a power of two, 2 to 32
-    logic [31:0] fill_hops;  // registers on the way of answers from one unit to the next
-    logic [31:0] launch_hops;  // registers on each of two stretches of the way of a launch to those that keep rays
-    logic [31:0] leaf_hops;  // registers on the way from the leaf unit to references and results
+    logic [31:0] fill_hops;  // registers on the path of answers from one unit to the next
+    logic [31:0] launch_hops;  // registers on each of two sections of the path of a launch to the units that keep rays
+    logic [31:0] leaf_hops;  // registers on the path from the leaf unit to references and results
   } config_t;
 
   // One lane: for tests and for small parts.
