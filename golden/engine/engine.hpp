@@ -80,6 +80,8 @@ struct TraceOptions {
   std::atomic<std::uint64_t>* done = nullptr;  ///< counts finished rays for progress
 };
 
+struct Walk;  // walk.hpp
+
 class Engine {
  public:
   virtual ~Engine() = default;
@@ -91,6 +93,8 @@ class Engine {
   /// Traces rays[i] into hits[i] (and work[i] if `work` is not empty). Rays marked `outside` become misses. Sizes must agree.
   virtual void trace(std::span<const GridRay> rays, std::span<Hit> hits, std::span<RayWork> work,
                      const TraceOptions& options) = 0;
+  /// The walk of one ray that is not marked `outside`, stage by stage, without a stack. Throws Error if the engine cannot show it.
+  virtual Walk walk(const GridRay& ray, const TraceOptions& options);
 };
 
 /// Double precision: kd traversal with a stack, or kd-backtrack with parent or face links.

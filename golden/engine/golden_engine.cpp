@@ -18,6 +18,7 @@
 #include "stages/leaf_exit.hpp"
 #include "stages/ray_setup.hpp"
 #include "stages/tri_test.hpp"
+#include "walk.hpp"
 
 namespace retrace {
 namespace {
@@ -67,6 +68,67 @@ class Mailbox {
   std::array<std::uint32_t, kMaxEntries> slots_;
 };
 
+/// Sees nothing: what every ray but an explained one is traced with.
+struct Unwatched {
+  static constexpr bool kWatches = false;
+};
+
+/// Keeps what the stages do, in the terms of walk.hpp.
+struct Watcher {
+  static constexpr bool kWatches = true;
+  std::vector<StageCall>& calls;
+
+  void add(Stage stage, std::vector<StageValue> values) { calls.push_back({stage, std::move(values), {}, {}}); }
+  void setup(const RayState& ray) {
+    add(Stage::kRaySetup, {{"origin_x", ray.origin.x, false},
+                           {"origin_y", ray.origin.y, false},
+                           {"origin_z", ray.origin.z, false},
+                           {"direction_x", ray.direction.x, false},
+                           {"direction_y", ray.direction.y, false},
+                           {"direction_z", ray.direction.z, false},
+                           {"valid", 1.0, true}});
+  }
+  void descend(double split, double t, std::uint32_t node) {
+    add(Stage::kKdDescend, {{"split", split, false}, {"t", t, false}, {"node", double(node), true}});
+  }
+  void exit(const LeafGeometry& leaf, double t, const LeafExit& exit) {
+    const auto& b = leaf.bound;
+    add(Stage::kLeafExit, {{"low_x", b[0], false},
+                           {"high_x", b[1], false},
+                           {"low_y", b[2], false},
+                           {"high_y", b[3], false},
+                           {"low_z", b[4], false},
+                           {"high_z", b[5], false},
+                           {"t", t, false},
+                           {"t_exit", exit.t_exit, false},
+                           {"face", double(exit.face), true}});
+  }
+  /// A stage of the hardware knows nothing of the best hit so far, so the test is made without a limit.
+  void test(const Triangle& triangle, const RayState& ray) {
+    constexpr double kReach = 8.0;  // t codes end there
+    RayState whole = ray;
+    whole.t_max = std::nextafter(kReach, 0.0);
+    Candidate candidate;
+    const bool hit = tri_test(triangle, whole, whole.t_max, candidate);
+    add(Stage::kTriTest, {{"triangle", double(triangle.id), true}, {"hit", hit ? 1.0 : 0.0, true}});
+    if (hit) calls.back().values.push_back({"t", candidate.t, false});
+  }
+  void climb(std::uint32_t from, std::uint32_t parent, bool matched, std::uint32_t node) {
+    add(Stage::kKdBacktrack,
+        {{"from", double(from), true}, {"parent", double(parent), true}, {"matched", matched ? 1.0 : 0.0, true}});
+    if (matched) calls.back().values.push_back({"node", double(node), true});
+  }
+  void finish(const Hit& hit) {
+    add(Stage::kHitFinish, {{"status", double(hit.status), true}});
+    if (!hit.hit()) return;
+    auto& values = calls.back().values;
+    values.push_back({"triangle", double(hit.id), true});
+    values.push_back({"t", hit.t, false});
+    values.push_back({"u", hit.u, false});
+    values.push_back({"v", hit.v, false});
+  }
+};
+
 class GoldenEngine final : public Engine {
  public:
   GoldenEngine(const GridScene& scene, const MemoryImage& image) {
@@ -109,8 +171,7 @@ class GoldenEngine final : public Engine {
              const TraceOptions& options) override {
     if (hits.size() != rays.size() || (!work.empty() && work.size() != rays.size()))
       throw Error("golden engine: sizes of rays, hits and work differ");
-    if (options.mailbox < 0 || options.mailbox > Mailbox::kMaxEntries)
-      throw Error("golden engine: mailbox must have 0 to " + std::to_string(Mailbox::kMaxEntries) + " entries");
+    check_mailbox(options);
     tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
     arena.execute([&] {
       tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rays.size(), kBlock), [&](const auto& range) {
@@ -124,7 +185,30 @@ class GoldenEngine final : public Engine {
     });
   }
 
+  Walk walk(const GridRay& ray, const TraceOptions& options) override {
+    check_mailbox(options);
+    if (options.way_up == WayUp::kStack) throw Error("golden engine: a walk is shown with parent or face links");
+    Walk walk;
+    const RayState state = ray_setup(ray.record);
+    Candidate best{};
+    best.t = state.t_max;
+    RayWork work;
+    Mailbox mailbox(options.mailbox);
+    Watcher watcher{walk.calls};
+    watcher.setup(state);
+    walk_without_stack(state, options.way_up == WayUp::kParentLinks, best, work,
+                       options.mailbox > 0 ? &mailbox : nullptr, watcher);
+    if (best.triangle != nullptr) walk.hit = hit_finish(best);
+    watcher.finish(walk.hit);
+    return walk;
+  }
+
  private:
+  static void check_mailbox(const TraceOptions& options) {
+    if (options.mailbox < 0 || options.mailbox > Mailbox::kMaxEntries)
+      throw Error("golden engine: mailbox must have 0 to " + std::to_string(Mailbox::kMaxEntries) + " entries");
+  }
+
   static FastNode make_node(std::int32_t split, std::uint32_t axis, std::uint32_t child, std::uint32_t parent) {
     const bool leaf = axis == contract::kAxisLeaf;
     return {split * kPositionUnit, (leaf ? child : 2 * child) * 4 + axis, parent};
@@ -147,12 +231,14 @@ class GoldenEngine final : public Engine {
     if (way_up == WayUp::kStack) {
       walk_with_stack(ray, best, work, mailbox);
     } else {
-      walk_without_stack(ray, way_up == WayUp::kParentLinks, best, work, mailbox);
+      walk_without_stack(ray, way_up == WayUp::kParentLinks, best, work, mailbox, Unwatched{});
     }
   }
 
   /// Tests the references of a leaf. True if the ray is finished (any-hit).
-  bool test_leaf(std::uint32_t leaf, const RayState& ray, Candidate& best, RayWork& work, Mailbox* mailbox) const {
+  template <typename Watch>
+  bool test_leaf(std::uint32_t leaf, const RayState& ray, Candidate& best, RayWork& work, Mailbox* mailbox,
+                 Watch watch) const {
     const auto [first, count] = ranges_[leaf];
     ++work.leaf;
     for (std::uint32_t i = first; i < first + count; ++i) {
@@ -163,6 +249,7 @@ class GoldenEngine final : public Engine {
       }
       ++work.tests;
       const Triangle& triangle = triangles_[index];
+      if constexpr (Watch::kWatches) watch.test(triangle, ray);
       if (&triangle == best.triangle) continue;  // the best hit so far, met again in the next leaf
       Candidate candidate;
       if (!tri_test(triangle, ray, best.t, candidate) || !is_nearer(candidate, best, ray)) continue;
@@ -202,7 +289,7 @@ class GoldenEngine final : public Engine {
         }
         continue;
       }
-      if (test_leaf(at.child(), ray, best, work, mailbox) || best.t <= t_end || height == 0) return;
+      if (test_leaf(at.child(), ray, best, work, mailbox, Unwatched{}) || best.t <= t_end || height == 0) return;
       const Entry& entry = stack[--height];
       node = entry.node;
       t = entry.t;
@@ -211,8 +298,9 @@ class GoldenEngine final : public Engine {
   }
 
   /// kd-backtrack: no stack, no boxes; the exit face of the leaf names the ancestor to turn at.
-  void walk_without_stack(const RayState& ray, bool parent_links, Candidate& best, RayWork& work,
-                          Mailbox* mailbox) const {
+  template <typename Watch>
+  void walk_without_stack(const RayState& ray, bool parent_links, Candidate& best, RayWork& work, Mailbox* mailbox,
+                          Watch watch) const {
     std::uint32_t node = 0;
     double t = 0.0;
     while (true) {
@@ -221,14 +309,16 @@ class GoldenEngine final : public Engine {
         const FastNode& at = nodes_[node];
         const int axis = at.axis();
         node = kd_descend(ray, axis, t_plane(ray, axis, at.split), at.child(), t);
+        if constexpr (Watch::kWatches) watch.descend(at.split, t, node);
       }
       const std::uint32_t leaf = nodes_[node].child();
       const LeafExit exit = leaf_exit(ray, leaves_[leaf].bound);
       assert(exit.t_exit >= t);
-      if (test_leaf(leaf, ray, best, work, mailbox) || best.t <= exit.t_exit) return;
+      if constexpr (Watch::kWatches) watch.exit(leaves_[leaf], t, exit);
+      if (test_leaf(leaf, ray, best, work, mailbox, watch) || best.t <= exit.t_exit) return;
       t = exit.t_exit;
       if (parent_links) {
-        if (!climb(leaves_[leaf].plane[exit.face], exit.face, node, work)) return;
+        if (!climb(leaves_[leaf].plane[exit.face], exit.face, node, work, watch)) return;
       } else {
         node = leaves_[leaf].link[exit.face];
         if (node == 0) return;
@@ -237,13 +327,18 @@ class GoldenEngine final : public Engine {
   }
 
   /// Follows parent links from `node` to the far child of the ancestor whose plane is the exit face; false past the root.
-  bool climb(std::int32_t plane, int face, std::uint32_t& node, RayWork& work) const {
+  template <typename Watch>
+  bool climb(std::int32_t plane, int face, std::uint32_t& node, RayWork& work, Watch watch) const {
     while (node != 0) {
       const std::uint32_t parent = nodes_[node].parent;
       const FastNode& at = nodes_[parent];
       ++work.up;
-      if (kd_backtrack(face, plane, node, at.axis(), static_cast<std::int32_t>(at.split / kPositionUnit))) {
-        node = at.child() + static_cast<std::uint32_t>(face & 1);
+      const bool matched =
+          kd_backtrack(face, plane, node, at.axis(), static_cast<std::int32_t>(at.split / kPositionUnit));
+      const std::uint32_t far = at.child() + static_cast<std::uint32_t>(face & 1);
+      if constexpr (Watch::kWatches) watch.climb(node, parent, matched, far);
+      if (matched) {
+        node = far;
         return true;
       }
       node = parent;
@@ -274,6 +369,7 @@ EngineKind golden_engine_kind() {
   kind.stack = true;
   kind.any_mailbox = true;
   kind.two_level = true;
+  kind.shows_walks = true;
   kind.make = [](const GridScene& scene, const MemoryImage& image, const std::string&) {
     return make_golden_engine(scene, image);
   };

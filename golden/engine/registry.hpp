@@ -39,6 +39,7 @@ struct EngineKind {
   bool any_mailbox = false;     ///< takes a mailbox of any size; otherwise none or the kernel's
   bool two_level = false;       ///< its arithmetic is that of golden/accel, which has the two-level structure
   bool counts_work = true;      ///< knows the work of each ray
+  bool shows_walks = false;     ///< has Engine::walk
   std::function<void(CLI::App&)> add_options;  ///< may be empty
   /// What it did so far, one line for people. May be empty.
   std::function<std::string(const Engine&)> summary;

@@ -13,6 +13,7 @@
 #include "golden/engine/hit_codec.hpp"
 #include "golden/engine/registry.hpp"
 #include "hls/top/trace.hpp"
+#include "watched_trace.hpp"
 
 namespace retrace {
 namespace {
@@ -46,10 +47,7 @@ class Simulation final : public CsimEngine {
              const TraceOptions& options) override {
     if (hits.size() != rays.size() || (!work.empty() && work.size() != rays.size()))
       throw Error("csim engine: sizes of rays, hits and work differ");
-    if (options.way_up == WayUp::kStack) throw Error("csim engine: the kernel has no stack; use parent or face links");
-    if (options.mailbox != 0 && options.mailbox != kCsimMailbox)
-      throw Error("csim engine: the kernel's mailbox has " + std::to_string(kCsimMailbox) +
-                  " entries, or 0 to leave it off");
+    check(options);
     raw_hits_.assign(kHitWords * rays.size(), 0);
     tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
     arena.execute([&] {
@@ -65,7 +63,48 @@ class Simulation final : public CsimEngine {
     });
   }
 
+  Walk walk(const GridRay& ray, const TraceOptions& options) override {
+    check(options);
+    std::array<std::uint64_t, contract::RayRecord::kWords> ray_words;
+    std::array<std::uint64_t, contract::HitRecord::kWords> hit_words;
+    std::array<ap_uint<64>, kSummaryWords> summary;
+    ray.record.pack(ray_words.data());
+    Walk walk;
+    watched_trace(
+        [&](Stage stage, std::span<const std::uint64_t> input, std::span<const std::uint64_t> output) {
+          walk.calls.push_back(read_stage_call(stage, input, output));
+        },
+        reinterpret_cast<const word_t*>(image_.data()), reinterpret_cast<const word_t*>(ray_words.data()),
+        reinterpret_cast<word_t*>(hit_words.data()), summary.data(), image_.size() / MemoryImage::kLineWords, 1,
+        option_bits(options));
+    check_fault(summary);
+    walk.hit = unpack_hit(hit_words);
+    return walk;
+  }
+
  private:
+  using Summary = std::array<ap_uint<64>, kSummaryWords>;
+
+  static void check(const TraceOptions& options) {
+    if (options.way_up == WayUp::kStack) throw Error("csim engine: the kernel has no stack; use parent or face links");
+    if (options.mailbox != 0 && options.mailbox != kCsimMailbox)
+      throw Error("csim engine: the kernel's mailbox has " + std::to_string(kCsimMailbox) +
+                  " entries, or 0 to leave it off");
+  }
+
+  static int option_bits(const TraceOptions& options) {
+    return (options.way_up == WayUp::kParentLinks ? RETRACE_OPTION_PARENT_LINKS : 0) |
+           (options.mailbox != 0 ? RETRACE_OPTION_MAILBOX : 0);
+  }
+
+  static void check_fault(const Summary& summary) {
+    if (const auto fault = summary[kSummaryStatus].to_uint(); fault != kFaultNone)
+      throw Error(
+          fault == kFaultHeader
+              ? "csim engine: the image's magic or version is wrong"
+              : "csim engine: a section of the image lies outside it, or has more records than its indices reach");
+  }
+
   void run_block(std::span<const GridRay> rays, std::span<Hit> hits, std::span<RayWork> work,
                  std::span<std::uint64_t> raw, const TraceOptions& options) {
     const std::vector<std::size_t> inside = rays_inside(rays);
@@ -75,18 +114,12 @@ class Simulation final : public CsimEngine {
     std::vector<std::uint64_t> hit_words(kHitWords * (inside.size() + 1)), work_words(kWorkWords * (inside.size() + 1));
 
     const auto* image = reinterpret_cast<const word_t*>(image_.data());
-    std::array<ap_uint<64>, kSummaryWords> summary;
-    int bits = work.empty() ? 0 : RETRACE_OPTION_WORK;
-    if (options.way_up == WayUp::kParentLinks) bits |= RETRACE_OPTION_PARENT_LINKS;
-    if (options.mailbox != 0) bits |= RETRACE_OPTION_MAILBOX;
+    Summary summary;
+    const int bits = option_bits(options) | (work.empty() ? 0 : RETRACE_OPTION_WORK);
     retrace_trace(image, image, image, image, reinterpret_cast<const word_t*>(ray_words.data()),
                   reinterpret_cast<word_t*>(hit_words.data()), reinterpret_cast<word_t*>(work_words.data()),
                   summary.data(), image_.size() / MemoryImage::kLineWords, inside.size(), bits);
-    if (const auto fault = summary[kSummaryStatus].to_uint(); fault != kFaultNone)
-      throw Error(
-          fault == kFaultHeader
-              ? "csim engine: the image's magic or version is wrong"
-              : "csim engine: a section of the image lies outside it, or has more records than its indices reach");
+    check_fault(summary);
 
     std::fill(hits.begin(), hits.end(), Hit{});
     std::fill(work.begin(), work.end(), RayWork{});
@@ -124,6 +157,7 @@ EngineKind csim_engine_kind() {
   EngineKind kind;
   kind.name = "csim";
   kind.help = "the fixed-point HLS kernel in C simulation, on all cores";
+  kind.shows_walks = true;
   kind.make = [](const GridScene&, const MemoryImage& image, const std::string&) -> std::unique_ptr<Engine> {
     return make_csim_engine(image);
   };

@@ -19,6 +19,7 @@ struct Program {
 void add_render(CLI::App& app, Program& program);
 void add_compare(CLI::App& app, Program& program);
 void add_trace(CLI::App& app, Program& program);
+void add_explain(CLI::App& app, Program& program);
 void add_pack(CLI::App& app, Program& program);
 void add_info(CLI::App& app, Program& program);
 void add_make_scene(CLI::App& app, Program& program);

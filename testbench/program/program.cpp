@@ -56,6 +56,7 @@ int run(int argc, const char* const* argv) {
       "  retrace render room.glb -o room.png           render it in double precision\n"
       "  retrace render room.glb -o csim.png --engine csim    the same through the fixed-point kernels\n"
       "  retrace compare room.glb --engines golden,csim       ray by ray\n"
+      "  retrace explain room.glb --pixel 320,240             one ray, stage by stage\n"
       "'retrace COMMAND --help' explains each command with examples.\n"
       "Exit codes: 0 done, 1 error (or a violation found by compare), 2 wrong usage.");
   app.set_version_flag("--version", "retrace " RETRACE_VERSION);
@@ -63,6 +64,7 @@ int run(int argc, const char* const* argv) {
   add_render(app, program);
   add_compare(app, program);
   add_trace(app, program);
+  add_explain(app, program);
   add_pack(app, program);
   add_info(app, program);
   add_make_scene(app, program);

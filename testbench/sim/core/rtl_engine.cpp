@@ -6,6 +6,7 @@
 #include "golden/base/clock.hpp"
 #include "golden/engine/hit_codec.hpp"
 #include "testbench/sim/core/simulated_device.hpp"
+#include "testbench/sim/core/stage_watch.hpp"
 
 namespace retrace {
 namespace {
@@ -94,7 +95,33 @@ class Simulation final : public RtlEngine {
     unpack_hits(hit_words, inside, hits, raw_hits_);
   }
 
+  Walk walk(const GridRay& ray, const TraceOptions& options) override {
+    Walk walk;
+    {
+      const cosim::StageWatch watch;
+      reset();
+      trace({&ray, 1}, {&walk.hit, 1}, {}, options);
+      walk.calls = watch.calls();
+    }
+    reset();
+    // When an any-hit ray gets its hit, further references of the leaf may be on their way through rt_tri_test; nobody looks at what they give.
+    const auto is_test = [](const StageCall& call) { return call.stage == Stage::kTriTest; };
+    const auto first_hit = std::find_if(walk.calls.begin(), walk.calls.end(), [&](const StageCall& call) {
+      return is_test(call) && contract::TriTestOutRecord::unpack(call.output.data()).hit != 0 &&
+             contract::TriTestOutRecord::unpack(call.output.data()).t <= ray.record.t_max;
+    });
+    if (ray.record.any != 0 && first_hit != walk.calls.end())
+      walk.calls.erase(std::remove_if(std::next(first_hit), walk.calls.end(), is_test), walk.calls.end());
+    return walk;
+  }
+
  private:
+  /// The core forgets everything, so that the next trace() sets it up again; probes look who is watching.
+  void reset() {
+    device_.hard_reset();
+    room_ = 0;
+  }
+
   std::span<const std::uint64_t> image_;
   RtlOptions options_;
   cosim::SimulatedDevice device_;

@@ -136,6 +136,7 @@ EngineKind rtl_engine_kind() {
       throw UsageError("--waves: this program was built without waves; configure with -DRETRACE_RTL_WAVES=ON");
 #endif
   };
+  kind.shows_walks = true;
   kind.make = [options](const GridScene&, const MemoryImage& image,
                         const std::string& argument) -> std::unique_ptr<Engine> {
     RtlOptions rtl = options->rtl;
