@@ -30,6 +30,18 @@ static constexpr int kEdgeSumFrac = 50;
 static constexpr int kExponentBits = 6;  // 6 bits: Exponent of a u or v row, biased by exponent_bias; u = 2^(exponent - bias) * row.
 static constexpr int kBarycentricBits = 25;  // UQ1.24: u and v of a hit.
 static constexpr int kBarycentricFrac = 24;
+static constexpr int kInstanceCoefficientBits = 32;  // Q1.31: Coefficient of a row of an instance's transform, scaled by 2^-row_exponent.
+static constexpr int kInstanceCoefficientFrac = 31;
+static constexpr int kInstanceOffsetBits = 34;  // Q3.31: Constant term of a row of an instance's transform, scaled by 2^-row_exponent.
+static constexpr int kInstanceOffsetFrac = 31;
+static constexpr int kRowExponentBits = 5;  // 5 bits: Exponent of a row of an instance's transform, 0..row_exponent_max.
+static constexpr int kBoxFaceBits = 8;  // Q1.7: Face of an object's box as an instance record holds it.
+static constexpr int kBoxFaceFrac = 7;
+static constexpr int kEntryScaleBits = 5;  // 5 bits: k of an entry: a step of 1 in the t of the object is one of 2^-k in the t of the world; 0..entry_scale_max.
+static constexpr int kEntryStartBits = 23;  // UQ19.4: q of an entry: t of the object's ray, counted from the world's origin, at which its own origin lies.
+static constexpr int kEntryStartFrac = 4;
+static constexpr int kTReachBits = 28;  // UQ4.24: Hits with a t of the world below it count.
+static constexpr int kTReachFrac = 24;
 static constexpr int kAxisBits = 2;  // 2 bits: Split axis 0, 1, 2; axis_leaf marks a leaf.
 static constexpr int kFaceBits = 3;  // 3 bits: Face of a cell, 2 * axis + (upper side).
 static constexpr int kNodeIndexBits = 24;  // 24 bits: Node; its pair is index >> 1, its side (0 left, 1 right) the low bit. Node 0 is the root; 0 as a link means none.
@@ -56,7 +68,11 @@ static constexpr unsigned kNoTriangle = 4294967295u;  // Triangle id of a miss.
 static constexpr int kImageMagic = 1145787474;  // 'RTKD', first word of a memory image.
 static constexpr int kImageVersion = 2;  // Version of the memory image.
 static constexpr int kKindTriangles = 0;  // Leaf of triangles.
-static constexpr int kKindInstance = 1;  // Leaf that is an instance (reserved: transform and root of another tree).
+static constexpr int kKindInstance = 1;  // Leaf of instances: its references are numbers of instance records.
+static constexpr int kRowExponentMax = 15;  // Largest exponent of a row: objects are made smaller by at most 2^-15.
+static constexpr int kEntryScaleMax = 16;  // Largest k of an entry.
+static constexpr int kEntrySpreadMax = 16;  // An origin lies at most 2^17 object units from the middle of the object, on any axis.
+static constexpr int kSlabPad = 8;  // The box of an object grows by this, in units of 2^(spread - 24), before a ray is cut with it. Above the proven error of its planes.
 static constexpr int kStatusMiss = 0;  // No triangle in [0, t_max].
 static constexpr int kStatusHit = 1;  // t, triangle, u, v are valid.
 static constexpr int kStatusBadRay = 2;  // Direction is zero or the origin lies outside the root box.
@@ -70,6 +86,7 @@ static constexpr int kNodePairBytes = 16;  // Two siblings and the parent they s
 static constexpr int kLeafBytes = 64;  // Leaf: six bounding planes, six face links, parent, references. In this order: the fewer references, the less has to be read.
 static constexpr int kTriangleBytes = 64;  // Unit-triangle transform. 64-byte stride, 48 bytes are read. Vertices are ordered so that height(v) >= height(u) >= height(w).
 static constexpr int kTriangleUsedBytes = 48;
+static constexpr int kInstanceBytes = 64;  // Instance: the transform from the world's grid to the object's, and the tree to go on with. Row i of it is 2^e[i] (m[3 i .. 3 i + 2], b[i]).
 static constexpr int kRayBytes = 32;  // Ray as the host writes it; the origin lies in the root box.
 static constexpr int kHitBytes = 16;  // Hit as the core writes it.
 static constexpr int kWorkBytes = 16;  // Work of one ray, as the kernels write it on request.
@@ -85,5 +102,7 @@ static constexpr int kKdBacktrackOutBytes = 4;  // Where to go on.
 static constexpr int kTriTestInBytes = 128;  // Triangle record and ray.
 static constexpr int kTriTestOutBytes = 32;  // Candidate hit: what hit_finish needs of it. All 0 but id where there is no hit.
 static constexpr int kHitFinishInBytes = 32;  // Best candidate of a ray and the ray's status.
+static constexpr int kInstanceEnterInBytes = 128;  // Instance and ray of the world.
+static constexpr int kInstanceEnterOutBytes = 64;  // Ray of the object. All 0 but bad where it is not entered.
 
 }  // namespace retrace::contract

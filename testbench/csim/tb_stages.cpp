@@ -86,6 +86,7 @@ int main(int argc, char** argv) {
   RUN(kd_backtrack);
   RUN(tri_test);
   RUN(hit_finish);
+  RUN(instance_enter);
 #undef RUN
   return good ? 0 : 1;
 }

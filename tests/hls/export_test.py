@@ -21,7 +21,7 @@ import tempfile
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 EXPORT = os.path.join(ROOT, "scripts", "export_hls.sh")
 STUB = os.path.join(ROOT, "tests", "hls", "vendor_stub.tcl")
-STAGES = ["ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish"]
+STAGES = ["ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish", "instance_enter"]
 SOURCES = ["hls/stages/%s.cpp" % stage for stage in STAGES] + ["hls/top/trace.cpp"]
 failures = []
 
