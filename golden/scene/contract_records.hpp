@@ -518,7 +518,8 @@ struct HeaderRecord {
   std::uint32_t triangle_count{};
   std::uint32_t max_depth{};  ///< Largest number of interior nodes above a leaf.
   std::uint32_t step_limit{};  ///< No ray takes more steps over this image.
-  std::array<std::uint32_t, 2> reserved{};  ///< 0.
+  std::uint32_t instance_offset{};  ///< First line of the instance records; 0 in an image of one level.
+  std::uint32_t instance_count{};
   std::array<std::uint32_t, 6> box{};  ///< Root box by face, position codes, sign extended.
   std::array<std::uint32_t, 2> reserved_2{};  ///< 0.
   std::uint64_t scale{};  ///< position = (world - center) * scale.
@@ -540,8 +541,8 @@ struct HeaderRecord {
     r.triangle_count = static_cast<std::uint32_t>(detail::get_bits(words, 352, 32));
     r.max_depth = static_cast<std::uint32_t>(detail::get_bits(words, 384, 32));
     r.step_limit = static_cast<std::uint32_t>(detail::get_bits(words, 416, 32));
-    r.reserved[0] = static_cast<std::uint32_t>(detail::get_bits(words, 448, 32));
-    r.reserved[1] = static_cast<std::uint32_t>(detail::get_bits(words, 480, 32));
+    r.instance_offset = static_cast<std::uint32_t>(detail::get_bits(words, 448, 32));
+    r.instance_count = static_cast<std::uint32_t>(detail::get_bits(words, 480, 32));
     r.box[0] = static_cast<std::uint32_t>(detail::get_bits(words, 512, 32));
     r.box[1] = static_cast<std::uint32_t>(detail::get_bits(words, 544, 32));
     r.box[2] = static_cast<std::uint32_t>(detail::get_bits(words, 576, 32));
@@ -573,8 +574,8 @@ struct HeaderRecord {
     detail::put_bits(words, 352, 32, triangle_count);
     detail::put_bits(words, 384, 32, max_depth);
     detail::put_bits(words, 416, 32, step_limit);
-    detail::put_bits(words, 448, 32, reserved[0]);
-    detail::put_bits(words, 480, 32, reserved[1]);
+    detail::put_bits(words, 448, 32, instance_offset);
+    detail::put_bits(words, 480, 32, instance_count);
     detail::put_bits(words, 512, 32, box[0]);
     detail::put_bits(words, 544, 32, box[1]);
     detail::put_bits(words, 576, 32, box[2]);
@@ -611,7 +612,8 @@ struct HeaderRecord {
     visitor("triangle_count", triangle_count, 32);
     visitor("max_depth", max_depth, 32);
     visitor("step_limit", step_limit, 32);
-    for (auto& x : reserved) visitor("reserved", x, 32);
+    visitor("instance_offset", instance_offset, 32);
+    visitor("instance_count", instance_count, 32);
     for (auto& x : box) visitor("box", x, 32);
     for (auto& x : reserved_2) visitor("reserved_2", x, 32);
     visitor("scale", scale, 64);

@@ -24,6 +24,10 @@ struct PlacedObject {
 /// root pairs there. Throws Error where an object's root box leaves [-kObjectReach, kObjectReach] or a placement has no record.
 TwoLevelScene build_two_levels(std::span<const GridScene> objects, std::span<const PlacedObject> placed);
 
+/// All trees, triangles and instances as one image of version image_version_two_levels: pair 0 is the top tree's root, roots in instance records are
+/// pairs of the image, references of its leaves of instances are numbers of instance records.
+std::vector<std::uint64_t> assemble_two_levels(const TwoLevelScene& scene);
+
 /// The box in the world, position codes by face, that holds all points which a record takes to the object's root box.
 std::array<std::int32_t, 6> world_box(const contract::InstanceRecord& record,
                                       const std::array<std::int32_t, 6>& root_box);

@@ -67,6 +67,7 @@ static constexpr int kLeafLong = 6;  // Size code of a leaf with more references
 static constexpr unsigned kNoTriangle = 4294967295u;  // Triangle id of a miss.
 static constexpr int kImageMagic = 1145787474;  // 'RTKD', first word of a memory image.
 static constexpr int kImageVersion = 2;  // Version of the memory image.
+static constexpr int kImageVersionTwoLevels = 3;  // Version of an image with instances: the kernel takes it, the core does not.
 static constexpr int kKindTriangles = 0;  // Leaf of triangles.
 static constexpr int kKindInstance = 1;  // Leaf of instances: its references are numbers of instance records.
 static constexpr int kRowExponentMax = 15;  // Largest exponent of a row: objects are made smaller by at most 2^-15.

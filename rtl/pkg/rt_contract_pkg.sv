@@ -140,6 +140,8 @@ package rt_contract_pkg;
   localparam int unsigned ImageMagic = 1145787474;
   // Version of the memory image.
   localparam int unsigned ImageVersion = 2;
+  // Version of an image with instances: the kernel takes it, the core does not.
+  localparam int unsigned ImageVersionTwoLevels = 3;
   // Leaf of triangles.
   localparam int unsigned KindTriangles = 0;
   // Leaf of instances: its references are numbers of instance records.
@@ -275,6 +277,8 @@ package rt_contract_pkg;
   localparam int unsigned HeaderTriangleCountWord = 11;
   localparam int unsigned HeaderMaxDepthWord = 12;
   localparam int unsigned HeaderStepLimitWord = 13;
+  localparam int unsigned HeaderInstanceOffsetWord = 14;
+  localparam int unsigned HeaderInstanceCountWord = 15;
   localparam int unsigned HeaderBoxWord = 16;
   localparam int unsigned HeaderBytes = 128;
   // Ray and root box.

@@ -8,6 +8,7 @@
 
 #include "golden/exact.hpp"
 #include "golden/scene/two_level_scene.hpp"
+#include "hls/top/trace.hpp"
 #include "testbench/csim/closed_meshes.hpp"
 #include "testbench/csim/test_instances.hpp"
 #include "testbench/csim/two_level_walk.hpp"
@@ -123,6 +124,36 @@ bool is_false(const World& world, const contract::RayRecord& ray, const TwoLevel
   return false;
 }
 
+/// Is the point inside the closed mesh, and at least 2^-22 from the planes of its triangles, as the proof asks?
+bool is_inside(const GridScene& mesh, const std::array<std::int32_t, 3>& point, Random& random) {
+  contract::RayRecord ray;
+  ray.origin = point;
+  const exact::Vec from = exact::to_vec(point);
+  for (const GridTriangle& triangle : mesh.triangles) {
+    const exact::Vec a = exact::difference(exact::to_vec(triangle.vertices[0]), from);
+    const exact::Vec n =
+        exact::cross(exact::difference(exact::to_vec(triangle.vertices[1]), exact::to_vec(triangle.vertices[0])),
+                     exact::difference(exact::to_vec(triangle.vertices[2]), exact::to_vec(triangle.vertices[0])));
+    const double length = std::sqrt(static_cast<double>(exact::dot(n, n)));
+    if (std::abs(static_cast<double>(exact::dot(n, a))) < 4.0 * length) return false;
+  }
+  for (;;) {  // until a ray meets no edge
+    for (auto& d : ray.direction) d = static_cast<std::int32_t>(random.integer(-(1 << 26), (1 << 26) - 1));
+    int winding = 0;
+    bool clean = true;
+    for (const GridTriangle& triangle : mesh.triangles) {
+      const std::array<exact::Vec, 3> vertices{exact::to_vec(triangle.vertices[0]), exact::to_vec(triangle.vertices[1]),
+                                               exact::to_vec(triangle.vertices[2])};
+      const auto crossing = exact::intersect(ray, vertices);
+      if (crossing.parallel()) clean = false;
+      if (!crossing.inside() || !crossing.ahead()) continue;
+      if (crossing.edge[0] == 0 || crossing.edge[1] == 0 || crossing.edge[2] == 0) clean = false;
+      winding += exact::dot(exact::to_vec(ray.direction), crossing.normal) > 0 ? 1 : -1;
+    }
+    if (clean) return winding != 0;
+  }
+}
+
 class TwoLevels : public testing::TestWithParam<std::pair<int, int>> {};
 
 TEST_P(TwoLevels, walk_equals_brute_force_but_at_false_hits) {
@@ -189,16 +220,14 @@ TEST_P(TwoLevels, no_ray_leaves_a_closed_mesh_of_an_instance) {
     const GridScene& object = world.object(instance);
     const glm::dvec3 inside = glm::dvec3(inside_closed_mesh(object, random)) / kUnit;
     const GridPoint origin = to_codes(world.to_world(instance, inside));
-    // The world's grid is coarse for a small object: the rounded origin may be outside its mesh, and nothing is promised.
+    // The world's grid is coarse for a small object: the rounded origin may be outside its mesh, and then nothing is promised.
     const auto ray = make_ray(origin, random_target(world, instance, random), random);
     const auto entry = enter_instance(world.scene.instances[instance], ray, ray.t_max + 1);
     if (!entry || entry->start != 0) {
       ++left_out;
       continue;
     }
-    glm::dvec3 moved;
-    for (int axis = 0; axis < 3; ++axis) moved[axis] = entry->origin[static_cast<std::size_t>(axis)] / kUnit;
-    if (glm::length(moved - inside) > 0x1p-7) {
+    if (!is_inside(object, entry->origin, random)) {
       ++left_out;
       continue;
     }
@@ -238,6 +267,72 @@ TEST_P(TwoLevels, the_answer_does_not_depend_on_the_order_of_visits) {
   EXPECT_GT(same, rays / 2);
 }
 
+/// The kernel over the assembled image: hits of all rays.
+std::vector<contract::HitRecord> run_kernel(const std::vector<std::uint64_t>& image,
+                                            const std::vector<contract::RayRecord>& rays, unsigned options) {
+  const auto to_words = [](const std::vector<std::uint64_t>& from) {
+    std::vector<hls::word_t> words(from.size() / 2);
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      words[i] = ap_uint<64>(from[2 * i + 1]);
+      words[i] <<= 64;
+      words[i] |= hls::word_t(ap_uint<64>(from[2 * i]));
+    }
+    return words;
+  };
+  std::vector<std::uint64_t> packed(rays.size() * contract::RayRecord::kWords);
+  for (std::size_t i = 0; i < rays.size(); ++i) rays[i].pack(&packed[i * contract::RayRecord::kWords]);
+  const auto memory = to_words(image), ray_words = to_words(packed);
+  std::vector<hls::word_t> hits(rays.size()), work(rays.size());
+  ap_uint<64> summary[kSummaryWords];
+  retrace_trace(memory.data(), memory.data(), memory.data(), memory.data(), ray_words.data(), hits.data(), work.data(),
+                summary, static_cast<unsigned>(image.size() / MemoryImage::kLineWords),
+                static_cast<unsigned>(rays.size()), options);
+  EXPECT_EQ(summary[kSummaryStatus].to_uint64(), 0u);
+  std::vector<contract::HitRecord> result;
+  for (const hls::word_t& word : hits) {
+    const hls::word_t high = word >> 64;
+    const std::uint64_t raw[2] = {ap_uint<64>(word).to_uint64(), ap_uint<64>(high).to_uint64()};
+    result.push_back(contract::HitRecord::unpack(raw));
+  }
+  return result;
+}
+
+constexpr unsigned kModes[] = {0, RETRACE_OPTION_PARENT_LINKS, RETRACE_OPTION_MAILBOX,
+                               RETRACE_OPTION_PARENT_LINKS | RETRACE_OPTION_MAILBOX | RETRACE_OPTION_WORK};
+
+TEST_P(TwoLevels, the_kernel_says_what_the_walk_says) {
+  const std::uint64_t seed = test_seed();
+  Random random(seed + 3);
+  const auto [instances, cells] = GetParam();
+  const World world = make_world(random, static_cast<std::size_t>(instances), cells);
+  const auto image = assemble_two_levels(world.scene);
+  std::vector<contract::RayRecord> rays;
+  for (int i = 0; i < rays_of_a_test() / 10; ++i) {
+    const auto instance = static_cast<std::uint32_t>(random.below(world.placed.size()));
+    auto ray = make_ray(random_origin(world, random), random_target(world, instance, random), random);
+    if (random.chance(8))
+      ray.t_max = static_cast<std::uint32_t>(random.below(std::uint64_t{3} << contract::kTLimitFrac));
+    if (random.chance(50)) ray.origin[0] = (1 << 24) + 1;
+    if (random.chance(4)) ray.any = 1;
+    rays.push_back(ray);
+  }
+  for (const unsigned options : kModes) {
+    const auto hits = run_kernel(image, rays, options);
+    int found = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      std::uint32_t status = 0;
+      const TwoLevelHit truth = trace_two_levels(world.scene, rays[i], nullptr, &status);
+      ASSERT_EQ(hits[i].status, status) << "seed " << seed << " ray " << i << " options " << options;
+      if (!truth.hit) continue;
+      ++found;
+      ASSERT_EQ(hits[i].t, truth.t) << "seed " << seed << " ray " << i << " options " << options;
+      ASSERT_EQ(hits[i].id, world.scene.instances[truth.instance].first_id + truth.id)
+          << "seed " << seed << " ray " << i << " options " << options;
+    }
+    EXPECT_GT(found, static_cast<int>(rays.size()) / 2);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Scenes, TwoLevels, testing::Values(std::pair{1, 4}, std::pair{12, 6}, std::pair{100, 4}),
                          [](const auto& info) { return std::to_string(info.param.first); });
 
@@ -264,6 +359,32 @@ TEST(TwoLevel, corrupt_instances_are_bad_records_or_misses_and_never_hang) {
     ASSERT_EQ(hit.hit, status == static_cast<std::uint32_t>(contract::kStatusHit));
   }
   EXPECT_GT(bad, 20);
+}
+
+TEST(TwoLevel, a_corrupt_image_ends_every_ray_of_the_kernel) {
+  const std::uint64_t seed = test_seed();
+  Random random(seed + 4);
+  const World world = make_world(random, 12, 2);
+  const auto image = assemble_two_levels(world.scene);
+  std::vector<contract::RayRecord> rays;
+  for (int i = 0; i < 40; ++i)
+    rays.push_back(make_ray(random_origin(world, random),
+                            random_target(world, static_cast<std::uint32_t>(random.below(world.placed.size())), random),
+                            random));
+  std::array<int, 16> statuses{};
+  const auto header = contract::HeaderRecord::unpack(image.data());
+  for (int i = 0; i < 400; ++i) {
+    auto broken = image;
+    for (auto flips = 1 + random.below(16); flips > 0; --flips) {
+      // Anywhere behind the header, and as often in the instance records.
+      const std::uint64_t first = (random.chance(2) ? header.instance_offset : 2) * MemoryImage::kLineWords;
+      broken[first + random.below(broken.size() - first)] ^= std::uint64_t{1} << random.below(64);
+    }
+    for (const auto& hit : run_kernel(broken, rays, kModes[random.below(std::size(kModes))])) ++statuses[hit.status];
+  }
+  for (const auto status :
+       {contract::kStatusMiss, contract::kStatusHit, contract::kStatusBadIndex, contract::kStatusBadRecord})
+    EXPECT_GT(statuses[static_cast<std::size_t>(status)], 0) << status;
 }
 
 TEST(TwoLevel, what_cannot_be_an_instance_is_refused) {
