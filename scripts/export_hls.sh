@@ -52,7 +52,7 @@ trap 'exit 1' INT TERM HUP
 package=$work/retrace-hls
 version=$(sed -nE 's/^project\(retrace VERSION ([0-9.]+).*/\1/p' "$root/CMakeLists.txt")
 [ -n "$version" ] || fail "no version in CMakeLists.txt"
-stages=(ray_setup kd_descend leaf_exit kd_backtrack tri_test hit_finish)
+stages=(ray_setup kd_descend leaf_exit kd_backtrack tri_test hit_finish instance_enter)
 
 copy() { # copy FOLDER_IN_PACKAGE FILE...
   local folder=$package/$1 file

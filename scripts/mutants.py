@@ -20,7 +20,7 @@ from rtl_packages import rtl_packages
 
 # (what is broken, file below rtl/, old text, new text, (model to verilate, test program, tests that must notice))
 STAGE = {name: ("rt_" + name, "rtl_stages_test", "*" + name) for name in
-         ("ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish")}
+         ("ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish", "instance_enter")}
 LIB = ("tb_lib", "rtl_lib_test", "*")
 CACHES = ("tb_cache", "rtl_cache_test", "*")
 GENERATIONS = ("tb_generation", "rtl_generation_test", "*")
@@ -36,7 +36,7 @@ MUTANTS = [
     ("ties of a row product go down", "stages/rt_row_product.sv", "(low_q + high_q) >>> RowShift", "(low_q + high_q - 1'b1) >>> RowShift",
      STAGE["tri_test"]),
     ("V is aligned with a logical shift", "stages/rt_tri_test.sv", "edge_v_q >>> difference", "edge_v_q >> difference", STAGE["tri_test"]),
-    ("the reciprocal wraps at a power of two", "stages/rt_ray_setup.sv", "unsigned_reciprocal = {1'b0, quotient}",
+    ("the reciprocal wraps at a power of two", "stages/rt_reciprocal.sv", "unsigned_reciprocal = {1'b0, quotient}",
      "unsigned_reciprocal = {1'b0, overflow_unused ? QuotBits'(0) : quotient}", STAGE["ray_setup"]),
     ("a barycentric saturates below 1", "stages/rt_hit_finish.sv", "value = {1'b1, {QuotBits{1'b0}}}", "value = {1'b0, quotient}", STAGE["hit_finish"]),
     ("bits shifted out of a barycentric are lost", "stages/rt_hit_finish.sv", "verdict_3q.over || lost_q != '0", "verdict_3q.over",
@@ -61,6 +61,23 @@ MUTANTS = [
     ("W at its end is outside", "stages/rt_tri_test.sv", "rest_q >= SumBits'(aligned_v_q)", "rest_q > SumBits'(aligned_v_q)", STAGE["tri_test"]),
     ("a hit at t = 0 is lost", "stages/rt_tri_test.sv", "oz_q <= 0", "oz_q < 0", STAGE["tri_test"]),
     ("t = 8 is a hit", "stages/rt_tri_test.sv", "unsigned'(height_q) < {", "unsigned'(height_q) <= {", STAGE["tri_test"]),
+    ("the length of an object's direction has a low bound", "stages/rt_instance_enter.sv", "BoundBits'(magnitude) + 1'b1", "BoundBits'(magnitude)",
+     STAGE["instance_enter"]),
+    ("an object's direction is truncated", "stages/rt_instance_enter.sv", "(long_t'(1) <<< (LongFrac - rt_contract_pkg::DirectionFrac - 1))", "long_t'(0)",
+     STAGE["instance_enter"]),
+    ("an object's origin is truncated", "stages/rt_instance_enter.sv", "(step_t'(1) <<< (OriginShift - 1))", "step_t'(0)", STAGE["instance_enter"]),
+    ("the lower side of an object's box does not grow", "stages/rt_instance_enter.sv", "lower_1q - rt_contract_pkg::SlabPad", "lower_1q",
+     STAGE["instance_enter"]),
+    ("an axis of direction 0 is never outside", "stages/rt_instance_enter.sv", "outside_q      <= course_slab_q.zero && (at_2q < lower_2q || at_2q > upper_2q);",
+     "outside_q      <= 1'b0;", STAGE["instance_enter"]),
+    ("a hit at the reach counts", "stages/rt_instance_enter.sv", "{1'b0, start_q, {StepShift{1'b0}}} - 1'b1", "{1'b0, start_q, {StepShift{1'b0}}}",
+     STAGE["instance_enter"]),
+    ("the slabs of the last input count", "stages/rt_instance_enter.sv", "assign first_plane = token[rt_stage_pkg::EnterPlane];", "assign first_plane = 1'b0;",
+     STAGE["instance_enter"]),
+    ("a scale of 17 is entered", "stages/rt_instance_enter.sv", "scale_sum > size_t'(CourseUnit + ScaleMax)", "scale_sum > size_t'(CourseUnit + ScaleMax + 1)",
+     STAGE["instance_enter"]),
+    ("a row exponent of 16 is entered", "stages/rt_instance_enter.sv", "row_size.exponent > rt_contract_pkg::RowExponentMax",
+     "row_size.exponent > rt_contract_pkg::RowExponentMax + 1'b1", STAGE["instance_enter"]),
     ("an origin on the box is outside", "stages/rt_ray_setup.sv", "origin > upper", "origin >= upper", STAGE["ray_setup"]),
     # Handshakes.
     ("a result too many is admitted", "lib/rt_pipe_ctrl.sv", "credit_q    <= CountBits'(Credits);", "credit_q    <= CountBits'(Credits + 1);", LIB),

@@ -31,7 +31,7 @@ from concurrent.futures import ThreadPoolExecutor
 import placed_netlist
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-STAGES = ["ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish"]
+STAGES = ["ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish", "instance_enter"]
 CELLS = "testbench/sim/netlist"
 CORE_CONFIG = "small"
 KINDS = {"lut": "LUT4", "ff": "TRELLIS_FF", "mul": "MULT18X18D"}

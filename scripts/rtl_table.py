@@ -13,7 +13,7 @@ import sys
 from rtl_packages import rtl_packages
 
 PAGE = "docs/rtl-stages.md"
-STAGES = ["ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish"]
+STAGES = ["ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish", "instance_enter"]
 CELLS = {"MULT18X18D": "MULT18X18D", "LUT4": "LUT4", "CCU2C": "CCU2C", "TRELLIS_FF": "FF", "TRELLIS_DPR16X4": "DPR16X4", "DP16KD": "DP16KD"}
 
 HEAD = """# The RTL stages in figures
@@ -29,8 +29,8 @@ carry cells, flip-flops, 16 x 4 distributed RAMs, block RAMs.
 | --- | --- | --- | --- | --- | --- | --- | --- | --- |
 """
 TAIL = """
-`ray_setup` sends its three axes and `hit_finish` its two coordinates through one pipelined divider, hence their intervals. Every product of two
-27-bit codes is four blocks. How to read the contract of a stage: the head of `rtl/stages/rt_<stage>.sv`.
+`ray_setup` and `instance_enter` send their three axes, `hit_finish` its two coordinates, through one pipelined divider, hence their intervals. Every
+product of two codes of 27 or 32 bits is four blocks. How to read the contract of a stage: the head of `rtl/stages/rt_<stage>.sv`.
 """
 
 

@@ -34,5 +34,29 @@ inline constexpr double kDepthExact = 0x1.09b0000000000p-23;
 inline constexpr double kDepthComputed = 0x1.09c0000000000p-23;
 /// u, v: error times d'z 2^-eu (a floor of 2^-24 comes on top)
 inline constexpr double kBarycentric = 0x1.cf50000000000p-23;
+/// instance_enter: A, error
+inline constexpr double kInstanceLong = 0x1.0000000000000p-51;
+/// instance_enter: d', error
+inline constexpr double kInstanceDirection = 0x1.0000010000000p-27;
+/// instance_enter: least length of d'
+inline constexpr double kInstanceShortest = 0x1.fe00000000000p-2;
+/// instance_enter: largest length of d'
+inline constexpr double kInstanceLongest = 0x1.0000004000000p+0;
+/// instance_enter: o', error against the ray of the world
+inline constexpr double kInstanceOrigin = 0x1.0200000000000p-25;
+/// instance_enter: distance on an axis of the object's ray from the world's, at t up to 7
+inline constexpr double kInstanceRay = 0x1.6120000000000p-24;
+/// instance_enter: what the lower side of a slab must allow for, position
+inline constexpr double kInstanceEarly = 0x1.4000000000000p-23;
+/// instance_enter: what is left of the pad at the upper side of a slab
+inline constexpr double kInstanceMargin = 0x1.0000000000000p-28;
+/// instance_enter: distance of near from the box, in units of 2^spread
+inline constexpr double kInstanceGrown = 0x1.a000000000000p-21;
+/// instance_enter: largest magnitude of a component of o'
+inline constexpr double kInstanceReach = 0x1.fa80000000000p-1;
+/// t in an object: error times the computed d'z, t up to 7 (a floor of 2^-24 comes on top)
+inline constexpr double kInstanceDepth = 0x1.a450000000000p-23;
+/// instance record: error of a row at a point of the world, in units of 2^exponent
+inline constexpr double kInstanceRow = 0x1.0002000000000p-30;
 
 }  // namespace retrace::certified

@@ -257,6 +257,93 @@ struct TriangleRecord {
   friend bool operator==(const TriangleRecord&, const TriangleRecord&) = default;
 };
 
+/// Instance: the transform from the world's grid to the object's, and the tree to go on with. Row i of it is 2^e[i] (m[3 i .. 3 i + 2], b[i]).
+struct InstanceRecord {
+  static constexpr int kWords = 8;
+  std::array<std::int32_t, 9> m{};  ///< Rows of the matrix, one after the other.
+  std::array<std::int64_t, 3> b{};  ///< Constants of the rows.
+  std::array<std::uint32_t, 3> e{};  ///< Exponents of the rows.
+  std::uint32_t root{};  ///< Root pair of the object's tree.
+  std::array<std::int32_t, 6> box{};  ///< Box of the object by face; holds the root box of its tree.
+  std::uint32_t first_id{};  ///< Number in the world of the object's first triangle.
+
+  static constexpr InstanceRecord unpack(const std::uint64_t* words) {
+    InstanceRecord r;
+    r.m[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 0, 32), 32));
+    r.m[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 32, 32), 32));
+    r.m[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 64, 32), 32));
+    r.m[3] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 96, 32), 32));
+    r.m[4] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 128, 32), 32));
+    r.m[5] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 160, 32), 32));
+    r.m[6] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 192, 32), 32));
+    r.m[7] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 224, 32), 32));
+    r.m[8] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 256, 32), 32));
+    r.b[0] = static_cast<std::int64_t>(detail::sign_extend(detail::get_bits(words, 288, 34), 34));
+    r.b[1] = static_cast<std::int64_t>(detail::sign_extend(detail::get_bits(words, 322, 34), 34));
+    r.b[2] = static_cast<std::int64_t>(detail::sign_extend(detail::get_bits(words, 356, 34), 34));
+    r.e[0] = static_cast<std::uint32_t>(detail::get_bits(words, 390, 5));
+    r.e[1] = static_cast<std::uint32_t>(detail::get_bits(words, 395, 5));
+    r.e[2] = static_cast<std::uint32_t>(detail::get_bits(words, 400, 5));
+    r.root = static_cast<std::uint32_t>(detail::get_bits(words, 405, 23));
+    r.box[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 428, 8), 8));
+    r.box[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 436, 8), 8));
+    r.box[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 444, 8), 8));
+    r.box[3] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 452, 8), 8));
+    r.box[4] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 460, 8), 8));
+    r.box[5] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 468, 8), 8));
+    r.first_id = static_cast<std::uint32_t>(detail::get_bits(words, 476, 32));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[0])));
+    detail::put_bits(words, 32, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[1])));
+    detail::put_bits(words, 64, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[2])));
+    detail::put_bits(words, 96, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[3])));
+    detail::put_bits(words, 128, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[4])));
+    detail::put_bits(words, 160, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[5])));
+    detail::put_bits(words, 192, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[6])));
+    detail::put_bits(words, 224, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[7])));
+    detail::put_bits(words, 256, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[8])));
+    detail::put_bits(words, 288, 34, static_cast<std::uint64_t>(static_cast<std::int64_t>(b[0])));
+    detail::put_bits(words, 322, 34, static_cast<std::uint64_t>(static_cast<std::int64_t>(b[1])));
+    detail::put_bits(words, 356, 34, static_cast<std::uint64_t>(static_cast<std::int64_t>(b[2])));
+    detail::put_bits(words, 390, 5, e[0]);
+    detail::put_bits(words, 395, 5, e[1]);
+    detail::put_bits(words, 400, 5, e[2]);
+    detail::put_bits(words, 405, 23, root);
+    detail::put_bits(words, 428, 8, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[0])));
+    detail::put_bits(words, 436, 8, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[1])));
+    detail::put_bits(words, 444, 8, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[2])));
+    detail::put_bits(words, 452, 8, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[3])));
+    detail::put_bits(words, 460, 8, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[4])));
+    detail::put_bits(words, 468, 8, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[5])));
+    detail::put_bits(words, 476, 32, first_id);
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    for (auto x : b) ok = ok && detail::fits_signed(x, 34);
+    for (auto x : e) ok = ok && detail::fits_unsigned(x, 5);
+    ok = ok && detail::fits_unsigned(root, 23);
+    for (auto x : box) ok = ok && detail::fits_signed(x, 8);
+    return ok;
+  }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    for (auto& x : m) visitor("m", x, 32);
+    for (auto& x : b) visitor("b", x, 34);
+    for (auto& x : e) visitor("e", x, 5);
+    visitor("root", root, 23);
+    for (auto& x : box) visitor("box", x, 8);
+    visitor("first_id", first_id, 32);
+  }
+  friend bool operator==(const InstanceRecord&, const InstanceRecord&) = default;
+};
+
 /// Ray as the host writes it; the origin lies in the root box.
 struct RayRecord {
   static constexpr int kWords = 4;
@@ -431,7 +518,8 @@ struct HeaderRecord {
   std::uint32_t triangle_count{};
   std::uint32_t max_depth{};  ///< Largest number of interior nodes above a leaf.
   std::uint32_t step_limit{};  ///< No ray takes more steps over this image.
-  std::array<std::uint32_t, 2> reserved{};  ///< 0.
+  std::uint32_t instance_offset{};  ///< First line of the instance records; 0 in an image of one level.
+  std::uint32_t instance_count{};
   std::array<std::uint32_t, 6> box{};  ///< Root box by face, position codes, sign extended.
   std::array<std::uint32_t, 2> reserved_2{};  ///< 0.
   std::uint64_t scale{};  ///< position = (world - center) * scale.
@@ -453,8 +541,8 @@ struct HeaderRecord {
     r.triangle_count = static_cast<std::uint32_t>(detail::get_bits(words, 352, 32));
     r.max_depth = static_cast<std::uint32_t>(detail::get_bits(words, 384, 32));
     r.step_limit = static_cast<std::uint32_t>(detail::get_bits(words, 416, 32));
-    r.reserved[0] = static_cast<std::uint32_t>(detail::get_bits(words, 448, 32));
-    r.reserved[1] = static_cast<std::uint32_t>(detail::get_bits(words, 480, 32));
+    r.instance_offset = static_cast<std::uint32_t>(detail::get_bits(words, 448, 32));
+    r.instance_count = static_cast<std::uint32_t>(detail::get_bits(words, 480, 32));
     r.box[0] = static_cast<std::uint32_t>(detail::get_bits(words, 512, 32));
     r.box[1] = static_cast<std::uint32_t>(detail::get_bits(words, 544, 32));
     r.box[2] = static_cast<std::uint32_t>(detail::get_bits(words, 576, 32));
@@ -486,8 +574,8 @@ struct HeaderRecord {
     detail::put_bits(words, 352, 32, triangle_count);
     detail::put_bits(words, 384, 32, max_depth);
     detail::put_bits(words, 416, 32, step_limit);
-    detail::put_bits(words, 448, 32, reserved[0]);
-    detail::put_bits(words, 480, 32, reserved[1]);
+    detail::put_bits(words, 448, 32, instance_offset);
+    detail::put_bits(words, 480, 32, instance_count);
     detail::put_bits(words, 512, 32, box[0]);
     detail::put_bits(words, 544, 32, box[1]);
     detail::put_bits(words, 576, 32, box[2]);
@@ -524,7 +612,8 @@ struct HeaderRecord {
     visitor("triangle_count", triangle_count, 32);
     visitor("max_depth", max_depth, 32);
     visitor("step_limit", step_limit, 32);
-    for (auto& x : reserved) visitor("reserved", x, 32);
+    visitor("instance_offset", instance_offset, 32);
+    visitor("instance_count", instance_count, 32);
     for (auto& x : box) visitor("box", x, 32);
     for (auto& x : reserved_2) visitor("reserved_2", x, 32);
     visitor("scale", scale, 64);
@@ -1257,6 +1346,211 @@ struct HitFinishInRecord {
     visitor("exponent_v", exponent_v, 6);
   }
   friend bool operator==(const HitFinishInRecord&, const HitFinishInRecord&) = default;
+};
+
+/// Instance and ray of the world.
+struct InstanceEnterInRecord {
+  static constexpr int kWords = 16;
+  std::array<std::int32_t, 9> m{};
+  std::array<std::int64_t, 3> b{};
+  std::array<std::uint32_t, 3> e{};
+  std::array<std::int32_t, 6> box{};
+  std::array<std::int32_t, 3> origin{};
+  std::array<std::int32_t, 3> direction{};
+  std::uint32_t reach{};  ///< Hits with t < reach count: the best t, and 1 if a hit as near counts.
+
+  static constexpr InstanceEnterInRecord unpack(const std::uint64_t* words) {
+    InstanceEnterInRecord r;
+    r.m[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 0, 32), 32));
+    r.m[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 32, 32), 32));
+    r.m[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 64, 32), 32));
+    r.m[3] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 96, 32), 32));
+    r.m[4] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 128, 32), 32));
+    r.m[5] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 160, 32), 32));
+    r.m[6] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 192, 32), 32));
+    r.m[7] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 224, 32), 32));
+    r.m[8] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 256, 32), 32));
+    r.b[0] = static_cast<std::int64_t>(detail::sign_extend(detail::get_bits(words, 288, 34), 34));
+    r.b[1] = static_cast<std::int64_t>(detail::sign_extend(detail::get_bits(words, 322, 34), 34));
+    r.b[2] = static_cast<std::int64_t>(detail::sign_extend(detail::get_bits(words, 356, 34), 34));
+    r.e[0] = static_cast<std::uint32_t>(detail::get_bits(words, 390, 5));
+    r.e[1] = static_cast<std::uint32_t>(detail::get_bits(words, 395, 5));
+    r.e[2] = static_cast<std::uint32_t>(detail::get_bits(words, 400, 5));
+    r.box[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 405, 8), 8));
+    r.box[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 413, 8), 8));
+    r.box[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 421, 8), 8));
+    r.box[3] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 429, 8), 8));
+    r.box[4] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 437, 8), 8));
+    r.box[5] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 445, 8), 8));
+    r.origin[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 453, 27), 27));
+    r.origin[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 480, 27), 27));
+    r.origin[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 507, 27), 27));
+    r.direction[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 534, 27), 27));
+    r.direction[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 561, 27), 27));
+    r.direction[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 588, 27), 27));
+    r.reach = static_cast<std::uint32_t>(detail::get_bits(words, 615, 28));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[0])));
+    detail::put_bits(words, 32, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[1])));
+    detail::put_bits(words, 64, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[2])));
+    detail::put_bits(words, 96, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[3])));
+    detail::put_bits(words, 128, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[4])));
+    detail::put_bits(words, 160, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[5])));
+    detail::put_bits(words, 192, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[6])));
+    detail::put_bits(words, 224, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[7])));
+    detail::put_bits(words, 256, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[8])));
+    detail::put_bits(words, 288, 34, static_cast<std::uint64_t>(static_cast<std::int64_t>(b[0])));
+    detail::put_bits(words, 322, 34, static_cast<std::uint64_t>(static_cast<std::int64_t>(b[1])));
+    detail::put_bits(words, 356, 34, static_cast<std::uint64_t>(static_cast<std::int64_t>(b[2])));
+    detail::put_bits(words, 390, 5, e[0]);
+    detail::put_bits(words, 395, 5, e[1]);
+    detail::put_bits(words, 400, 5, e[2]);
+    detail::put_bits(words, 405, 8, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[0])));
+    detail::put_bits(words, 413, 8, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[1])));
+    detail::put_bits(words, 421, 8, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[2])));
+    detail::put_bits(words, 429, 8, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[3])));
+    detail::put_bits(words, 437, 8, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[4])));
+    detail::put_bits(words, 445, 8, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[5])));
+    detail::put_bits(words, 453, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[0])));
+    detail::put_bits(words, 480, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[1])));
+    detail::put_bits(words, 507, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[2])));
+    detail::put_bits(words, 534, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(direction[0])));
+    detail::put_bits(words, 561, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(direction[1])));
+    detail::put_bits(words, 588, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(direction[2])));
+    detail::put_bits(words, 615, 28, reach);
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    for (auto x : b) ok = ok && detail::fits_signed(x, 34);
+    for (auto x : e) ok = ok && detail::fits_unsigned(x, 5);
+    for (auto x : box) ok = ok && detail::fits_signed(x, 8);
+    for (auto x : origin) ok = ok && detail::fits_signed(x, 27);
+    for (auto x : direction) ok = ok && detail::fits_signed(x, 27);
+    ok = ok && detail::fits_unsigned(reach, 28);
+    return ok;
+  }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    for (auto& x : m) visitor("m", x, 32);
+    for (auto& x : b) visitor("b", x, 34);
+    for (auto& x : e) visitor("e", x, 5);
+    for (auto& x : box) visitor("box", x, 8);
+    for (auto& x : origin) visitor("origin", x, 27);
+    for (auto& x : direction) visitor("direction", x, 27);
+    visitor("reach", reach, 28);
+  }
+  friend bool operator==(const InstanceEnterInRecord&, const InstanceEnterInRecord&) = default;
+};
+
+/// Ray of the object. All 0 but bad where it is not entered.
+struct InstanceEnterOutRecord {
+  static constexpr int kWords = 8;
+  std::array<std::int32_t, 3> origin{};
+  std::array<std::int32_t, 3> direction{};
+  std::array<std::int32_t, 3> reciprocal{};  ///< 0 on an axis whose direction is 0.
+  std::array<std::uint32_t, 3> shift{};
+  std::array<std::uint32_t, 3> zero{};  ///< Direction is 0 on that axis.
+  std::array<std::uint32_t, 3> negative{};  ///< Direction is below 0 on that axis.
+  std::uint32_t t_max{};  ///< Hits of the object with t <= t_max count.
+  std::uint32_t scale{};  ///< k.
+  std::uint32_t start{};  ///< q.
+  std::uint32_t enters{};  ///< The ray meets the object's box within reach.
+  std::uint32_t bad{};  ///< The record is none that a host writes: exponents or scale out of range.
+
+  static constexpr InstanceEnterOutRecord unpack(const std::uint64_t* words) {
+    InstanceEnterOutRecord r;
+    r.origin[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 0, 27), 27));
+    r.origin[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 27, 27), 27));
+    r.origin[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 54, 27), 27));
+    r.direction[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 81, 27), 27));
+    r.direction[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 108, 27), 27));
+    r.direction[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 135, 27), 27));
+    r.reciprocal[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 162, 27), 27));
+    r.reciprocal[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 189, 27), 27));
+    r.reciprocal[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 216, 27), 27));
+    r.shift[0] = static_cast<std::uint32_t>(detail::get_bits(words, 243, 5));
+    r.shift[1] = static_cast<std::uint32_t>(detail::get_bits(words, 248, 5));
+    r.shift[2] = static_cast<std::uint32_t>(detail::get_bits(words, 253, 5));
+    r.zero[0] = static_cast<std::uint32_t>(detail::get_bits(words, 258, 1));
+    r.zero[1] = static_cast<std::uint32_t>(detail::get_bits(words, 259, 1));
+    r.zero[2] = static_cast<std::uint32_t>(detail::get_bits(words, 260, 1));
+    r.negative[0] = static_cast<std::uint32_t>(detail::get_bits(words, 261, 1));
+    r.negative[1] = static_cast<std::uint32_t>(detail::get_bits(words, 262, 1));
+    r.negative[2] = static_cast<std::uint32_t>(detail::get_bits(words, 263, 1));
+    r.t_max = static_cast<std::uint32_t>(detail::get_bits(words, 264, 27));
+    r.scale = static_cast<std::uint32_t>(detail::get_bits(words, 291, 5));
+    r.start = static_cast<std::uint32_t>(detail::get_bits(words, 296, 23));
+    r.enters = static_cast<std::uint32_t>(detail::get_bits(words, 319, 1));
+    r.bad = static_cast<std::uint32_t>(detail::get_bits(words, 320, 1));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[0])));
+    detail::put_bits(words, 27, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[1])));
+    detail::put_bits(words, 54, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[2])));
+    detail::put_bits(words, 81, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(direction[0])));
+    detail::put_bits(words, 108, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(direction[1])));
+    detail::put_bits(words, 135, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(direction[2])));
+    detail::put_bits(words, 162, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(reciprocal[0])));
+    detail::put_bits(words, 189, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(reciprocal[1])));
+    detail::put_bits(words, 216, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(reciprocal[2])));
+    detail::put_bits(words, 243, 5, shift[0]);
+    detail::put_bits(words, 248, 5, shift[1]);
+    detail::put_bits(words, 253, 5, shift[2]);
+    detail::put_bits(words, 258, 1, zero[0]);
+    detail::put_bits(words, 259, 1, zero[1]);
+    detail::put_bits(words, 260, 1, zero[2]);
+    detail::put_bits(words, 261, 1, negative[0]);
+    detail::put_bits(words, 262, 1, negative[1]);
+    detail::put_bits(words, 263, 1, negative[2]);
+    detail::put_bits(words, 264, 27, t_max);
+    detail::put_bits(words, 291, 5, scale);
+    detail::put_bits(words, 296, 23, start);
+    detail::put_bits(words, 319, 1, enters);
+    detail::put_bits(words, 320, 1, bad);
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    for (auto x : origin) ok = ok && detail::fits_signed(x, 27);
+    for (auto x : direction) ok = ok && detail::fits_signed(x, 27);
+    for (auto x : reciprocal) ok = ok && detail::fits_signed(x, 27);
+    for (auto x : shift) ok = ok && detail::fits_unsigned(x, 5);
+    for (auto x : zero) ok = ok && detail::fits_unsigned(x, 1);
+    for (auto x : negative) ok = ok && detail::fits_unsigned(x, 1);
+    ok = ok && detail::fits_unsigned(t_max, 27);
+    ok = ok && detail::fits_unsigned(scale, 5);
+    ok = ok && detail::fits_unsigned(start, 23);
+    ok = ok && detail::fits_unsigned(enters, 1);
+    ok = ok && detail::fits_unsigned(bad, 1);
+    return ok;
+  }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    for (auto& x : origin) visitor("origin", x, 27);
+    for (auto& x : direction) visitor("direction", x, 27);
+    for (auto& x : reciprocal) visitor("reciprocal", x, 27);
+    for (auto& x : shift) visitor("shift", x, 5);
+    for (auto& x : zero) visitor("zero", x, 1);
+    for (auto& x : negative) visitor("negative", x, 1);
+    visitor("t_max", t_max, 27);
+    visitor("scale", scale, 5);
+    visitor("start", start, 23);
+    visitor("enters", enters, 1);
+    visitor("bad", bad, 1);
+  }
+  friend bool operator==(const InstanceEnterOutRecord&, const InstanceEnterOutRecord&) = default;
 };
 
 }  // namespace retrace::contract

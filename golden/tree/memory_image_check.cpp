@@ -54,7 +54,8 @@ void check_header(const HeaderRecord& h, std::uint64_t words) {
   expect(h.triangle_offset == at.triangles, "header", "triangle_offset", h.triangle_offset,
          std::to_string(at.triangles));
   expect(h.lines == at.end, "header", "lines", h.lines, std::to_string(at.end));
-  for (std::uint32_t x : h.reserved) expect(x == 0, "header", "reserved", x, "0");
+  expect(h.instance_offset == 0, "header", "instance_offset", h.instance_offset, "0");
+  expect(h.instance_count == 0, "header", "instance_count", h.instance_count, "0");
   for (std::uint32_t x : h.reserved_2) expect(x == 0, "header", "reserved_2", x, "0");
   for (int axis = 0; axis < 3; ++axis) {
     const auto low = static_cast<std::int32_t>(h.box[2 * axis]), high = static_cast<std::int32_t>(h.box[2 * axis + 1]);

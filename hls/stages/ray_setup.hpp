@@ -23,6 +23,39 @@ ENCODE:
   return zeros;
 }
 
+struct axis_reciprocal {
+  reciprocal_t reciprocal;
+  recip_shift_t shift;
+  flag_t zero;
+  flag_t negative;
+};
+
+inline axis_reciprocal reciprocal_of(const direction_t& d) {
+  RT_INLINE
+  const flag_t negative = d < 0;
+  const flag_t zero = d == 0;
+  ap_uint<kMagnitudeBits> magnitude = d;
+  if (negative) magnitude = -d;
+  const recip_shift_t zeros = leading_zeros(magnitude);
+  ap_uint<kMagnitudeBits> normalised = magnitude;
+  normalised <<= zeros;
+  if (zero) normalised = 1 << (kMagnitudeBits - 1);
+  const ap_uint<2 * kMagnitudeBits - 1> numerator = 1LL << (2 * (kMagnitudeBits - 1));
+  const ap_uint<2 * kMagnitudeBits - 1> quotient = numerator / normalised;
+  reciprocal_t reciprocal = (1 << (contract::kReciprocalBits - 1)) - 1;
+  if (quotient < (1 << (contract::kReciprocalBits - 1))) reciprocal = quotient;
+  if (negative) reciprocal = -reciprocal;
+  if (zero) reciprocal = 0;
+  recip_shift_t shift = kMagnitudeBits - 1;
+  shift -= zeros;
+  axis_reciprocal out;
+  out.reciprocal = reciprocal;
+  out.shift = shift;
+  out.zero = zero;
+  out.negative = negative;
+  return out;
+}
+
 inline ray_setup_out_record ray_setup(const ray_setup_in_record& in) {
   RT_INLINE
   ray_setup_out_record out;
@@ -32,31 +65,15 @@ AXES:
   for (int axis = 0; axis < 3; ++axis) {
     RT_UNROLL
     const direction_t d = in.direction[axis];
-    const flag_t negative = d < 0;
-    const flag_t zero = d == 0;
-    ap_uint<kMagnitudeBits> magnitude = d;
-    if (negative) magnitude = -d;
-    const recip_shift_t zeros = leading_zeros(magnitude);
-    ap_uint<kMagnitudeBits> normalised = magnitude;
-    normalised <<= zeros;
-    if (zero) normalised = 1 << (kMagnitudeBits - 1);
-    const ap_uint<2 * kMagnitudeBits - 1> numerator = 1LL << (2 * (kMagnitudeBits - 1));
-    const ap_uint<2 * kMagnitudeBits - 1> quotient = numerator / normalised;
-    reciprocal_t reciprocal = (1 << (contract::kReciprocalBits - 1)) - 1;
-    if (quotient < (1 << (contract::kReciprocalBits - 1))) reciprocal = quotient;
-    if (negative) reciprocal = -reciprocal;
-    if (zero) reciprocal = 0;
-    recip_shift_t shift = kMagnitudeBits - 1;
-    shift -= zeros;
-
+    const axis_reciprocal ray = reciprocal_of(d);
     out.origin[axis] = in.origin[axis];
     out.direction[axis] = d;
-    out.reciprocal[axis] = reciprocal;
-    out.shift[axis] = shift;
-    out.zero[axis] = zero;
-    out.negative[axis] = negative;
+    out.reciprocal[axis] = ray.reciprocal;
+    out.shift[axis] = ray.shift;
+    out.zero[axis] = ray.zero;
+    out.negative[axis] = ray.negative;
     if (in.origin[axis] < in.box[2 * axis] || in.origin[axis] > in.box[2 * axis + 1]) inside = 0;
-    if (!zero) moves = 1;
+    if (!ray.zero) moves = 1;
   }
   out.t_max = in.t_max;
   out.any = in.any;

@@ -1,8 +1,11 @@
 // Barrel kernel: see trace.hpp. Stages do the arithmetic; this file holds contexts, memory reads with bounds checks, and control.
+// Two levels: a leaf of instances sends the ray into an object (enter_object), with the object's ray in `state` and the world's in `world`; at the
+// end of the object's tree the ray returns to that leaf, which is read again (leave_object), and goes on with its next reference.
 // Source: Lee 2007 (dedicated kd-backtrack traversal with parent links); Foley & Sugerman 2005.
 #include "trace.hpp"
 
 #include "../stages/hit_finish.hpp"
+#include "../stages/instance_enter.hpp"
 #include "../stages/kd_backtrack.hpp"
 #include "../stages/kd_descend.hpp"
 #include "../stages/leaf_exit.hpp"
@@ -27,6 +30,7 @@ typedef ap_uint<34> address_t;                                // word address: l
 struct image_view {
   ap_uint<32> pair_offset, leaf_offset, list_offset, triangle_offset;
   ap_uint<32> pair_count, leaf_count, list_count, triangle_count;
+  ap_uint<32> instance_offset, instance_count;  // no instances in an image of one level
   ap_uint<32> step_limit;
   position_t box[6];
 };
@@ -44,9 +48,30 @@ struct context {
   node_index_t parent;  // of `node`, on the way up
   triangle_index_t count, next;
   list_index_t list_base;
+  axis_t kind;
   triangle_index_t refs[contract::kLeafInline];
+  // Level: 1 inside an object.
+  flag_t level;
+  flag_t fresh;       // no leaf of the object has been reached yet
+  flag_t resumes;     // back from an object: the leaf is known, go on at `next`
+  node_index_t root;  // of the tree that the ray walks
+  ray_setup_out_record world;
+  node_index_t saved_node;
+  triangle_index_t saved_next;
+  t_t saved_t;
+  triangle_index_t instance;
+  triangle_id_t first_id;
+  entry_scale_t scale;
+  entry_start_t start;
+  triangle_index_t instance_mail[RETRACE_INSTANCE_MAILBOX];  // the last instances entered
+  ap_uint<4> instance_next;
+  ap_uint<4> instance_used;
+  // What a hit of the tree at hand has to come before: the best one, or inside an object, what is as good there.
+  t_limit_t near_t;
+  triangle_id_t near_id;
   // Best hit so far.
   status_t status;
+  triangle_index_t best_instance;
   t_limit_t best_t;
   triangle_id_t best_id;
   edge_t edge_u, edge_v;
@@ -82,7 +107,9 @@ HEADER:
     words[i] = pairs[i];
   }
   const header_record header = unpack_header(words);
-  if (header.magic != contract::kImageMagic || header.version != contract::kImageVersion) return kFaultHeader;
+  const flag_t two_levels = header.version == contract::kImageVersionTwoLevels;
+  if (header.magic != contract::kImageMagic || (header.version != contract::kImageVersion && !two_levels))
+    return kFaultHeader;
   view.pair_offset = header.pair_offset;
   view.leaf_offset = header.leaf_offset;
   view.list_offset = header.list_offset;
@@ -91,6 +118,12 @@ HEADER:
   view.leaf_count = header.leaf_count;
   view.list_count = header.list_count;
   view.triangle_count = header.triangle_count;
+  view.instance_offset = 0;
+  view.instance_count = 0;
+  if (two_levels) {
+    view.instance_offset = header.instance_offset;
+    view.instance_count = header.instance_count;
+  }
   view.step_limit = header.step_limit;
 BOX:
   for (int face = 0; face < 6; ++face) {
@@ -102,6 +135,8 @@ BOX:
       section_fits(view.leaf_offset, view.leaf_count, contract::kLeafBytes, contract::kPairIndexBits, image_lines) &
       section_fits(view.list_offset, view.list_count, 4, contract::kListIndexBits, image_lines) &
       section_fits(view.triangle_offset, view.triangle_count, contract::kTriangleBytes, contract::kTriangleIndexBits,
+                   image_lines) &
+      section_fits(view.instance_offset, view.instance_count, contract::kInstanceBytes, contract::kTriangleIndexBits,
                    image_lines);
   return fits ? kFaultNone : kFaultLayout;
 }
@@ -165,8 +200,17 @@ COPY_RAY:
   c.t = 0;
   c.steps = 0;
   c.status = contract::kStatusMiss;
+  c.level = 0;
+  c.fresh = 0;
+  c.resumes = 0;
+  c.root = 0;
+  c.instance_next = 0;
+  c.instance_used = 0;
+  c.best_instance = 0;
   c.best_t = ray.t_max;
   c.best_id = contract::kNoTriangle;
+  c.near_t = ray.t_max;
+  c.near_id = contract::kNoTriangle;
   c.edge_u = 0;
   c.edge_v = 0;
   c.dz = 0;
@@ -183,19 +227,42 @@ COPY_RAY:
   if (!c.state.valid) fail(c, contract::kStatusBadRay);
 }
 
-// All references of the leaf are done: finished, or on through the exit face.
+// The tree at hand is done: the ray is finished, or goes on at the leaf that sent it into the object.
+inline void leave_tree(context& c) {
+  RT_INLINE
+  c.phase = kPhaseFinish;
+  if (c.level) {
+    c.phase = kPhaseDown;
+    c.level = 0;
+    c.resumes = 1;
+    c.state = c.world;
+    c.root = 0;
+    c.node = c.saved_node;
+    c.t = c.saved_t;
+    c.next = c.saved_next;
+    c.near_t = c.best_t;
+    c.near_id = c.best_id;
+  }
+}
+
+// All references of the leaf are done: the tree is, or on through the exit face.
 inline void leave_leaf(context& c, bool parent_links) {
   RT_INLINE
-  const flag_t ends = !c.exit.exits || c.best_t <= c.exit.t_exit;
+  const flag_t ends = !c.exit.exits || c.near_t <= c.exit.t_exit;
+  c.t = c.exit.t_exit;
   if (ends) {
-    c.phase = kPhaseFinish;
+    leave_tree(c);
   } else if (parent_links) {
-    c.t = c.exit.t_exit;
-    c.phase = c.node == 0 ? kPhaseFinish : kPhaseUp;  // the root itself may be the leaf
+    if (c.node == c.root) {  // the root itself may be the leaf
+      leave_tree(c);
+    } else {
+      c.phase = kPhaseUp;
+    }
+  } else if (c.link == 0) {
+    leave_tree(c);
   } else {
-    c.t = c.exit.t_exit;
     c.node = c.link;
-    c.phase = c.link == 0 ? kPhaseFinish : kPhaseDown;
+    c.phase = kPhaseDown;
   }
 }
 
@@ -238,19 +305,30 @@ LINK:
   c.count = leaf.count;
   if (size < contract::kLeafLong) c.count = size;
   c.list_base = leaf.list_base;
-  c.next = 0;
+  c.kind = leaf.kind;
+  if (!c.resumes) {
+    c.next = 0;
+    c.work.leaf += 1;
+  }
+  c.resumes = 0;
+  const flag_t first_of_object = c.fresh;
+  c.fresh = 0;
 REFS:
   for (int i = 0; i < contract::kLeafInline; ++i) {
     RT_UNROLL
     c.refs[i] = leaf.refs[i];
   }
-  c.work.leaf += 1;
   c.phase = kPhaseTest;
-  if (leaf.kind != contract::kKindTriangles) {
+  if (leaf.kind != contract::kKindTriangles && (leaf.kind != contract::kKindInstance || c.level)) {
     fail(c, contract::kStatusBadRecord);
   } else if (c.exit.broken) {
-    fail(c, contract::kStatusInvariant);
-  } else if (c.count == 0) {
+    // A ray that passes the root box of an object by, within the tolerance of its entry, leaves the first cell before t = 0.
+    if (first_of_object) {
+      leave_tree(c);
+    } else {
+      fail(c, contract::kStatusInvariant);
+    }
+  } else if (c.next >= c.count) {
     leave_leaf(c, parent_links);
   }
 }
@@ -272,6 +350,10 @@ inline void step_down(context& c, const word_t* pairs, const word_t* leaves, con
     split = pair.right_split;
     axis = pair.right_axis;
     child = pair.right_child;
+  }
+  if (c.resumes && axis != contract::kAxisLeaf) {  // the memory changed under the ray
+    fail(c, contract::kStatusBadRecord);
+    return;
   }
   if (axis == contract::kAxisLeaf) {
     const size_code_t size = split;
@@ -302,9 +384,102 @@ SELECT_AXIS:
   c.work.down += 1;
 }
 
+// Reference `index` of a leaf of instances: into its object, unless the ray was there or passes its box by.
+inline void enter_object(context& c, const word_t* records, const image_view& view, const triangle_index_t& index,
+                         bool mailbox, bool parent_links) {
+  // The object of the best hit has been searched to its end.
+  flag_t known = c.status == contract::kStatusHit && index == c.best_instance;
+  if (mailbox) {
+  INSTANCE_MAIL:
+    for (int i = 0; i < RETRACE_INSTANCE_MAILBOX; ++i) {
+      RT_UNROLL
+      if (i < c.instance_used && c.instance_mail[i] == index) known = 1;
+    }
+  }
+  if (known) {
+    c.work.skipped += 1;
+    if (c.next == c.count) leave_leaf(c, parent_links);
+    return;
+  }
+  if (mailbox) {
+    c.instance_mail[c.instance_next.to_uint()] = index;
+    c.instance_next += 1;
+    if (c.instance_next == RETRACE_INSTANCE_MAILBOX) c.instance_next = 0;
+    if (c.instance_used < RETRACE_INSTANCE_MAILBOX) c.instance_used += 1;
+  }
+  word_t words[kInstanceWords];
+  const address_t address = word_address(view.instance_offset, index, kInstanceStride);
+READ_INSTANCE:
+  for (int i = 0; i < kInstanceWords; ++i) {
+    RT_PIPELINE(1)
+    words[i] = records[address.to_uint64() + i];
+  }
+  const instance_record record = unpack_instance(words);
+  instance_enter_in_record in;
+COPY_ROWS:
+  for (int i = 0; i < 9; ++i) {
+    RT_UNROLL
+    in.m[i] = record.m[i];
+  }
+COPY_BOX:
+  for (int face = 0; face < 6; ++face) {
+    RT_UNROLL
+    in.box[face] = record.box[face];
+  }
+COPY_AXES:
+  for (int axis = 0; axis < 3; ++axis) {
+    RT_UNROLL
+    in.b[axis] = record.b[axis];
+    in.e[axis] = record.e[axis];
+    in.origin[axis] = c.state.origin[axis];
+    in.direction[axis] = c.state.direction[axis];
+  }
+  in.reach = c.best_t;
+  if (c.status != contract::kStatusHit || index < c.best_instance) in.reach += 1;
+  const instance_enter_out_record entry = instance_enter(in);
+  if (entry.bad) {
+    fail(c, contract::kStatusBadRecord);
+  } else if (!entry.enters) {
+    if (c.next == c.count) leave_leaf(c, parent_links);
+  } else {
+    c.world = c.state;
+  ENTER:
+    for (int axis = 0; axis < 3; ++axis) {
+      RT_UNROLL
+      c.state.origin[axis] = entry.origin[axis];
+      c.state.direction[axis] = entry.direction[axis];
+      c.state.reciprocal[axis] = entry.reciprocal[axis];
+      c.state.shift[axis] = entry.shift[axis];
+      c.state.zero[axis] = entry.zero[axis];
+      c.state.negative[axis] = entry.negative[axis];
+    }
+    c.level = 1;
+    c.fresh = 1;
+    c.saved_node = c.node;
+    c.saved_t = c.t;
+    c.saved_next = c.next;
+    c.instance = index;
+    c.first_id = record.first_id;
+    c.scale = entry.scale;
+    c.start = entry.start;
+    c.near_t = entry.t_max;
+    c.near_id = contract::kNoTriangle;
+    c.mail_next = 0;
+    c.mail_used = 0;
+    c.root = record.root;
+    c.root <<= 1;
+    c.node = c.root;
+    c.t = 0;
+    c.phase = kPhaseDown;
+  }
+}
+
 inline void step_test(context& c, const word_t* list, const word_t* triangles, const image_view& view, bool mailbox,
                       bool parent_links) {
   if (!count_step(c, view)) return;
+  const bool instances = c.kind == contract::kKindInstance;
+  ap_uint<32> records = view.triangle_count;
+  if (instances) records = view.instance_count;
   triangle_index_t index = c.refs[0];
 INLINE_REFS:
   for (int i = 1; i < contract::kLeafInline; ++i) {
@@ -327,16 +502,20 @@ INLINE_REFS:
     word >>= bit;
     const ap_uint<32> wide = word;
     index = wide;
-    if (wide >= view.triangle_count) {
+    if (wide >= records) {
       fail(c, contract::kStatusBadIndex);
       return;
     }
   }
-  if (index >= view.triangle_count) {
+  if (index >= records) {
     fail(c, contract::kStatusBadIndex);
     return;
   }
   c.next += 1;
+  if (instances) {
+    enter_object(c, triangles, view, index, mailbox, parent_links);
+    return;
+  }
 
   flag_t known = 0;
   if (mailbox) {
@@ -381,10 +560,17 @@ INLINE_REFS:
     in.id = triangle.id;
     const tri_test_out_record candidate = tri_test(in);
     c.work.tests += 1;
-    if (candidate.hit && is_nearer(candidate.t, candidate.id, c.best_t, c.best_id)) {
+    if (candidate.hit && is_nearer(candidate.t, candidate.id, c.near_t, c.near_id)) {
       c.status = contract::kStatusHit;
+      c.near_t = candidate.t;
+      c.near_id = candidate.id;
       c.best_t = candidate.t;
       c.best_id = candidate.id;
+      if (c.level) {
+        c.best_t = world_t(candidate.t, c.start, c.scale);
+        c.best_id += c.first_id;
+        c.best_instance = c.instance;
+      }
       c.edge_u = candidate.edge_u;
       c.edge_v = candidate.edge_v;
       c.dz = candidate.dz;
@@ -427,8 +613,8 @@ inline void step_up(context& c, const word_t* pairs, const image_view& view) {
   c.parent = pair.parent;
   if (out.bad) {
     fail(c, contract::kStatusBadRecord);
-  } else if (out.finished) {
-    c.phase = kPhaseFinish;
+  } else if (!out.matched && in.parent == c.root) {
+    leave_tree(c);
   } else if (out.matched) {
     c.phase = kPhaseDown;
   }

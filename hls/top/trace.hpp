@@ -6,6 +6,8 @@
 #define RETRACE_CONTEXTS 32
 /// Entries of the mailbox of a ray.
 #define RETRACE_MAILBOX 8
+/// And of the one for instances.
+#define RETRACE_INSTANCE_MAILBOX 4
 
 /// Words of each array that the vendor's C/RTL co-simulation copies to its memories (depth of the ports): its testbench allocates as many. The
 /// kernel itself knows no such limit.

@@ -56,6 +56,32 @@ package rt_contract_pkg;
   localparam int unsigned BarycentricBits = 25;
   localparam int unsigned BarycentricFrac = 24;
   typedef logic [24:0] barycentric_t;
+  // Q1.31: Coefficient of a row of an instance's transform, scaled by 2^-row_exponent.
+  localparam int unsigned InstanceCoefficientBits = 32;
+  localparam int unsigned InstanceCoefficientFrac = 31;
+  typedef logic signed [31:0] instance_coefficient_t;
+  // Q3.31: Constant term of a row of an instance's transform, scaled by 2^-row_exponent.
+  localparam int unsigned InstanceOffsetBits = 34;
+  localparam int unsigned InstanceOffsetFrac = 31;
+  typedef logic signed [33:0] instance_offset_t;
+  // 5 bits: Exponent of a row of an instance's transform, 0..row_exponent_max.
+  localparam int unsigned RowExponentBits = 5;
+  typedef logic [4:0] row_exponent_t;
+  // Q1.7: Face of an object's box as an instance record holds it.
+  localparam int unsigned BoxFaceBits = 8;
+  localparam int unsigned BoxFaceFrac = 7;
+  typedef logic signed [7:0] box_face_t;
+  // 5 bits: k of an entry: a step of 1 in the t of the object is one of 2^-k in the t of the world; 0..entry_scale_max.
+  localparam int unsigned EntryScaleBits = 5;
+  typedef logic [4:0] entry_scale_t;
+  // UQ19.4: q of an entry: t of the object's ray, counted from the world's origin, at which its own origin lies.
+  localparam int unsigned EntryStartBits = 23;
+  localparam int unsigned EntryStartFrac = 4;
+  typedef logic [22:0] entry_start_t;
+  // UQ4.24: Hits with a t of the world below it count.
+  localparam int unsigned TReachBits = 28;
+  localparam int unsigned TReachFrac = 24;
+  typedef logic [27:0] t_reach_t;
   // 2 bits: Split axis 0, 1, 2; axis_leaf marks a leaf.
   localparam int unsigned AxisBits = 2;
   typedef logic [1:0] axis_t;
@@ -114,10 +140,20 @@ package rt_contract_pkg;
   localparam int unsigned ImageMagic = 1145787474;
   // Version of the memory image.
   localparam int unsigned ImageVersion = 2;
+  // Version of an image with instances: the kernel takes it, the core does not.
+  localparam int unsigned ImageVersionTwoLevels = 3;
   // Leaf of triangles.
   localparam int unsigned KindTriangles = 0;
-  // Leaf that is an instance (reserved: transform and root of another tree).
+  // Leaf of instances: its references are numbers of instance records.
   localparam int unsigned KindInstance = 1;
+  // Largest exponent of a row: objects are made smaller by at most 2^-15.
+  localparam row_exponent_t RowExponentMax = 5'd15;
+  // Largest k of an entry.
+  localparam entry_scale_t EntryScaleMax = 5'd16;
+  // An origin lies at most 2^17 object units from the middle of the object, on any axis.
+  localparam int unsigned EntrySpreadMax = 16;
+  // The box of an object grows by this, in units of 2^(spread - 24), before a ray is cut with it. Above the proven error of its planes.
+  localparam position_t SlabPad = 27'sd8;
   // No triangle in [0, t_max].
   localparam int unsigned StatusMiss = 0;
   // t, triangle, u, v are valid.
@@ -178,6 +214,19 @@ package rt_contract_pkg;
     coefficient_t [2:0] u;
   } triangle_record_t;
 
+  // Instance: the transform from the world's grid to the object's, and the tree to go on with. Row i of it is 2^e[i] (m[3 i .. 3 i + 2], b[i]).
+  localparam int unsigned InstanceBytes = 64;
+  localparam int unsigned InstanceUsedBits = 512;
+  typedef struct packed {
+    logic [3:0] padding;
+    triangle_id_t first_id;
+    box_face_t [5:0] box;
+    pair_index_t root;
+    row_exponent_t [2:0] e;
+    instance_offset_t [2:0] b;
+    instance_coefficient_t [8:0] m;
+  } instance_record_t;
+
   // Ray as the host writes it; the origin lies in the root box.
   localparam int unsigned RayBytes = 32;
   localparam int unsigned RayUsedBits = 256;
@@ -228,6 +277,8 @@ package rt_contract_pkg;
   localparam int unsigned HeaderTriangleCountWord = 11;
   localparam int unsigned HeaderMaxDepthWord = 12;
   localparam int unsigned HeaderStepLimitWord = 13;
+  localparam int unsigned HeaderInstanceOffsetWord = 14;
+  localparam int unsigned HeaderInstanceCountWord = 15;
   localparam int unsigned HeaderBoxWord = 16;
   localparam int unsigned HeaderBytes = 128;
   // Ray and root box.
@@ -379,5 +430,37 @@ package rt_contract_pkg;
     t_limit_t t;
     status_t status;
   } hit_finish_in_record_t;
+
+  // Instance and ray of the world.
+  localparam int unsigned InstanceEnterInBytes = 128;
+  localparam int unsigned InstanceEnterInUsedBits = 1024;
+  typedef struct packed {
+    logic [380:0] padding;
+    t_reach_t reach;
+    direction_t [2:0] direction;
+    position_t [2:0] origin;
+    box_face_t [5:0] box;
+    row_exponent_t [2:0] e;
+    instance_offset_t [2:0] b;
+    instance_coefficient_t [8:0] m;
+  } instance_enter_in_record_t;
+
+  // Ray of the object. All 0 but bad where it is not entered.
+  localparam int unsigned InstanceEnterOutBytes = 64;
+  localparam int unsigned InstanceEnterOutUsedBits = 512;
+  typedef struct packed {
+    logic [190:0] padding;
+    flag_t bad;
+    flag_t enters;
+    entry_start_t start;
+    entry_scale_t scale;
+    t_limit_t t_max;
+    flag_t [2:0] negative;
+    flag_t [2:0] zero;
+    recip_shift_t [2:0] shift;
+    reciprocal_t [2:0] reciprocal;
+    direction_t [2:0] direction;
+    position_t [2:0] origin;
+  } instance_enter_out_record_t;
 
 endpackage

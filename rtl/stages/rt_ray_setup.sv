@@ -2,8 +2,7 @@
 //
 // Formula     per axis, D = |direction code|: R = min(floor(2^52 / (D << e)), 2^26 - 1) with the sign of the direction, D << e in [2^26, 2^27);
 //             shift = 26 - e. A zero direction gives R = 0 and shift = 0. valid = origin inside the box, bounds included, and some direction not zero.
-// Structure   One datapath for the three axes, one axis a clock: capture, magnitude, leading zeros, normalise, divide, sign. The quotient has 26 bits,
-//             so 2^26 (D a power of two) saturates in the divider to just the wanted 2^26 - 1. What passes unchanged waits beside the pipeline.
+// Structure   One rt_reciprocal for the three axes, one axis a clock. What passes unchanged waits beside the pipeline.
 // Latency     rt_stage_pkg::RaySetupLatency, II rt_stage_pkg::RaySetupInterval (the three axes share one divider), no DSP block.
 // Cuts        valid, data and ready (rt_pipe_ctrl).
 // Counterpart hls/stages/ray_setup.hpp, golden/engine/stages/ray_setup.hpp. Source: Lee 2007, section 3; Amanatides & Woo 1987.
@@ -22,10 +21,6 @@ module rt_ray_setup #(
     output rt_contract_pkg::ray_setup_out_record_t out_data_o,
     output tag_t                                   out_tag_o
 );
-  localparam int unsigned MagnitudeBits = rt_contract_pkg::DirectionBits;  // |direction| reaches 2^26
-  localparam int unsigned QuotBits = rt_stage_pkg::ReciprocalQuotBits;
-  localparam int unsigned NumBits = 2 * (MagnitudeBits - 1) + 1;
-  typedef logic [MagnitudeBits-1:0] magnitude_t;
   typedef struct packed {
     rt_contract_pkg::recip_shift_t shift;
     logic zero;
@@ -63,72 +58,30 @@ module rt_ray_setup #(
   assign lower     = box_q[0];
   assign upper     = box_q[1];
 
-  magnitude_t magnitude_q, magnitude_2q, normalised_q;
-  axis_flags_t flags_q, flags_2q, flags_3q, flags;
-  rt_contract_pkg::recip_shift_t zeros, zeros_q;
-
-  always_comb begin
-    zeros = rt_contract_pkg::recip_shift_t'(MagnitudeBits - 1);
-    for (int unsigned i = 0; i < MagnitudeBits; i++) begin
-      if (magnitude_q[i]) zeros = rt_contract_pkg::recip_shift_t'(MagnitudeBits - 1 - i);
-    end
-  end
-
-  always_ff @(posedge clk_i) begin
-    magnitude_q <= direction < 0 ? magnitude_t'(-direction) : magnitude_t'(direction);
-    flags_q     <= '{
-        shift: '0,
-        zero: direction == '0,
-        negative: direction < 0,
-        outside: origin < lower || origin > upper
-    };
-
-    magnitude_2q <= magnitude_q;
-    zeros_q      <= zeros;
-    flags_2q     <= flags_q;
-
-    // A direction of zero divides by 2^26 in vain; the sign stage replaces its result.
-    normalised_q   <= flags_2q.zero ? {1'b1, {(MagnitudeBits - 1) {1'b0}}} : magnitude_2q << zeros_q;
-    flags_3q       <= flags_2q;
-    flags_3q.shift <= rt_contract_pkg::recip_shift_t'(MagnitudeBits - 1) - zeros_q;
-  end
-
-  logic [QuotBits-1:0] quotient;
-  magnitude_t remainder_unused;
-  logic overflow_unused;  // the saturated quotient is the result
-  rt_div #(
-      .NumBits    (NumBits),
-      .DenBits    (MagnitudeBits),
-      .QuotBits   (QuotBits),
-      .BitsPerStep(rt_stage_pkg::DivBitsPerStep)
-  ) u_div (
-      .clk_i,
-      .num_i     ({1'b1, {(NumBits - 1) {1'b0}}}),
-      .den_i     (normalised_q),
-      .quot_o    (quotient),
-      .rem_o     (remainder_unused),
-      .overflow_o(overflow_unused)
-  );
-
-  rt_delay #(
-      .Cycles(rt_stage_pkg::RaySetupDivLatency),
-      .data_t(axis_flags_t)
-  ) u_flags (
+  axis_flags_t flags;
+  rt_contract_pkg::reciprocal_t reciprocal;
+  rt_reciprocal u_reciprocal (
       .clk_i,
       .rst_ni,
-      .data_i(flags_3q),
-      .data_o(flags)
+      .direction_i (direction),
+      .reciprocal_o(reciprocal),
+      .shift_o     (flags.shift),
+      .zero_o      (flags.zero),
+      .negative_o  (flags.negative)
+  );
+  rt_delay #(
+      .Cycles(rt_stage_pkg::ReciprocalLatency),
+      .data_t(logic)
+  ) u_outside (
+      .clk_i,
+      .rst_ni,
+      .data_i(origin < lower || origin > upper),
+      .data_o(flags.outside)
   );
 
   // The result of axis 0 is two clocks older than that of axis 2.
   axis_result_t [2:0] result_q, result;
-  rt_contract_pkg::reciprocal_t unsigned_reciprocal, reciprocal_d;
-  assign unsigned_reciprocal = {1'b0, quotient};
-  always_comb begin
-    reciprocal_d = flags.negative ? -unsigned_reciprocal : unsigned_reciprocal;
-    if (flags.zero) reciprocal_d = '0;
-  end
-  always_ff @(posedge clk_i) result_q <= {axis_result_t'{flags: flags, reciprocal: reciprocal_d}, result_q[2:1]};
+  always_ff @(posedge clk_i) result_q <= {axis_result_t'{flags: flags, reciprocal: reciprocal}, result_q[2:1]};
 
   // ---------------------------------------------------------------------------------------------------------------------- the stream
   pass_t pass_in, pass;

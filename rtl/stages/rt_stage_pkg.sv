@@ -18,10 +18,13 @@ package rt_stage_pkg;
   // rt_row_product: three products, two levels of adders.
   localparam int unsigned RowLatency = ProductLatency + 2;
 
-  // ray_setup: capture, magnitude, leading zeros, normalise, divide, sign; the third axis enters two clocks after the first.
+  // rt_reciprocal: magnitude, leading zeros, normalise, divide.
   localparam int unsigned ReciprocalQuotBits = rt_contract_pkg::ReciprocalBits - 1;
-  localparam int unsigned RaySetupDivLatency = rt_lib_pkg::div_latency(ReciprocalQuotBits, DivBitsPerStep);
-  localparam int unsigned RaySetupDepth = 4 + RaySetupDivLatency + 1 + 2;
+  localparam int unsigned ReciprocalDivLatency = rt_lib_pkg::div_latency(ReciprocalQuotBits, DivBitsPerStep);
+  localparam int unsigned ReciprocalLatency = 3 + ReciprocalDivLatency;
+
+  // ray_setup: capture, reciprocal, sign; the third axis enters two clocks after the first.
+  localparam int unsigned RaySetupDepth = 1 + ReciprocalLatency + 1 + 2;
   localparam int unsigned RaySetupLatency = rt_lib_pkg::pipe_latency(RaySetupDepth);
   localparam int unsigned RaySetupInterval = 3;
   localparam int unsigned RaySetupBlocks = 0;
@@ -64,5 +67,29 @@ package rt_stage_pkg;
   localparam int unsigned HitFinishLatency = rt_lib_pkg::pipe_latency(HitFinishDepth);
   localparam int unsigned HitFinishInterval = 2;
   localparam int unsigned HitFinishBlocks = 0;
+
+  // instance_enter: one axis a clock, and four places where an axis waits two clocks for the others. Each constant is the clock, counted from the
+  // acceptance and for the first axis, in which that value is there.
+  localparam int unsigned EnterMulLatency = rt_lib_pkg::mul_latency(rt_contract_pkg::InstanceCoefficientBits, rt_contract_pkg::PositionBits);
+  localparam int unsigned EnterRows = 1 + EnterMulLatency + 2;  // S and D
+  localparam int unsigned EnterSize = EnterRows + 2;            // size and exponent
+  localparam int unsigned EnterLevel = EnterSize + 3;           // L and s of all axes
+  localparam int unsigned EnterFine = EnterLevel + 3;           // X and S with its exponent
+  localparam int unsigned EnterSquare = EnterFine + 1 + 2;      // g squared
+  localparam int unsigned EnterNorm = EnterSquare + 3;          // whether k is L + 1
+  localparam int unsigned EnterDirection = EnterNorm + 2;       // d'
+  localparam int unsigned EnterReciprocal = EnterDirection + ReciprocalLatency + 1;
+  localparam int unsigned EnterPlane = EnterReciprocal + 1 + TPlaneLatency;  // t of two slabs
+  localparam int unsigned EnterNear = EnterPlane + 3;                        // near and far of all axes
+  localparam int unsigned EnterStart = EnterNear + 2;                        // q
+  localparam int unsigned EnterStepBits = 17 + 18;                           // A in two pieces: the lower one, unsigned, in this many signed bits
+  localparam int unsigned EnterStep = EnterStart + rt_lib_pkg::mul_latency(rt_contract_pkg::EntryStartBits + 1, EnterStepBits) + 1;
+  localparam int unsigned EnterOrigin = EnterStep + 1;
+  localparam int unsigned InstanceEnterDepth = EnterOrigin + 1 + 2;
+  localparam int unsigned InstanceEnterLatency = rt_lib_pkg::pipe_latency(InstanceEnterDepth);
+  localparam int unsigned InstanceEnterInterval = 3;
+  localparam int unsigned InstanceEnterBlocks = 6 * rt_lib_pkg::mul_blocks(rt_contract_pkg::InstanceCoefficientBits, rt_contract_pkg::PositionBits) +
+      2 * ProductBlocks + rt_lib_pkg::mul_blocks(rt_contract_pkg::EntryStartBits + 1, EnterStepBits) +
+      rt_lib_pkg::mul_blocks(rt_contract_pkg::EntryStartBits + 1, rt_lib_pkg::DspBits) + 1;
 
 endpackage

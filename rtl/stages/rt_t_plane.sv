@@ -1,26 +1,27 @@
 // t_plane: distance along a ray to an axis-aligned plane.
 //
-// Formula     t = floor((plane - origin) * reciprocal / 2^shift), saturated to Q4.24. plane - origin wraps to Q3.24, as in hls/.
+// Formula     t = floor((plane - origin) * reciprocal / 2^shift), saturated to TBits, Q4.24 as a rule. plane - origin wraps to Q3.24, as in hls/.
 // Latency     rt_stage_pkg::TPlaneLatency. II 1, never stalls. DSP blocks rt_stage_pkg::ProductBlocks.
 // Counterpart t_plane in hls/include/arithmetic.hpp.
-module rt_t_plane (
+module rt_t_plane #(
+    parameter int unsigned TBits = rt_contract_pkg::TBits
+) (
     input  logic                          clk_i,
     input  logic                          rst_ni,
     input  rt_contract_pkg::position_t    plane_i,
     input  rt_contract_pkg::position_t    origin_i,
     input  rt_contract_pkg::reciprocal_t  reciprocal_i,
     input  rt_contract_pkg::recip_shift_t shift_i,
-    output rt_contract_pkg::t_t           t_o
+    output logic signed [TBits-1:0]       t_o
 );
   localparam int unsigned ProductBits = rt_contract_pkg::PositionBits + rt_contract_pkg::ReciprocalBits;
-  localparam int unsigned TBits = rt_contract_pkg::TBits;
   localparam int unsigned OverflowBits = ProductBits - TBits + 1;  // sign of t and everything above it
 
   rt_contract_pkg::position_t distance_q;
   rt_contract_pkg::reciprocal_t reciprocal_q;
   rt_contract_pkg::recip_shift_t shift;
   logic signed [ProductBits-1:0] product, shifted_q;
-  rt_contract_pkg::t_t t_q;
+  logic signed [TBits-1:0] t_q;
   logic fits;
 
   rt_mul #(

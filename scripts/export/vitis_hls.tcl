@@ -1,5 +1,5 @@
 # All steps of the older vitis_hls (2021.1 to 2023.1); newer releases: hls_config*.cfg. Choices come from the environment:
-#   RETRACE_TOP     trace (default), ray_setup, kd_descend, leaf_exit, kd_backtrack, tri_test, hit_finish
+#   RETRACE_TOP     trace (default), ray_setup, kd_descend, leaf_exit, kd_backtrack, tri_test, hit_finish, instance_enter
 #   RETRACE_TARGET  zynq (default; Zynq UltraScale+ XCZU3EG) or alveo (Alveo U50)
 #   RETRACE_STEPS   any of csim csynth cosim ip xo, in this order; default "csim csynth"
 #   RETRACE_PERIOD  clock period in ns, default that of the target
@@ -40,7 +40,7 @@ proc check_registers {root solution} {
   puts "retrace: the registers are where host/retrace_kernel.h says"
 }
 
-set stages {ray_setup kd_descend leaf_exit kd_backtrack tri_test hit_finish}
+set stages {ray_setup kd_descend leaf_exit kd_backtrack tri_test hit_finish instance_enter}
 set top [choose RETRACE_TOP [setting RETRACE_TOP trace] [concat trace $stages]]
 set target [choose RETRACE_TARGET [setting RETRACE_TARGET zynq] {zynq alveo}]
 set steps [setting RETRACE_STEPS "csim csynth"]

@@ -41,9 +41,11 @@ BEGIN, END = "<!-- certified: begin -->", "<!-- certified: end -->"
 HOST_SLACK = Fraction(1, 1 << 47)
 # Tolerance of the contract, what it is compared with, where it is used. It must exceed the bound.
 TOLERANCES = [("eps_uv", "edge_uv", "lower ends of U and V"), ("eps_uv", "edge_top", "upper ends of U and V"),
-              ("eps_w", "edge_w", "W"), ("widen", "t_plane_position", "cells of a triangle")]
+              ("eps_w", "edge_w", "W"), ("widen", "t_plane_position", "cells of a triangle"),
+              ("slab_pad", "instance_early", "slabs of an object's box")]
 ORDER = ["t_plane", "row_origin", "row_direction", "edge_uv", "edge_top", "edge_w", "false_uv", "false_top", "false_w",
-         "false_reach", "depth_exact", "depth_computed", "barycentric"]  # of the table in the documentation
+         "false_reach", "depth_exact", "depth_computed", "barycentric", "instance_direction", "instance_length",
+         "instance_origin", "instance_ray", "instance_slab", "instance_inside", "instance_depth", "instance_row"]  # of the table in the documentation
 SECONDS = 60  # for one script; the slowest takes about two
 DIRECTIONS = {"nearest, ties up": "nu", "toward minus infinity": "dn", "toward zero": "zr"}
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:b-?\d+|\.\d+)?(?![\w.])")
@@ -236,6 +238,17 @@ DAMAGES = [
     ("t_plane.g", "r in [-1, 0]", "r in [-0.5, 0]"),    # assumes more than is proven
     ("edge_uv.g", "Ed = 700b-35", "Ed = 699b-35"),
     ("false_uv.g", "code in [-1b-22", "code in [-1b-23"),  # not the contract's eps
+    ("instance_direction.g", "<= 16777217b-51", "<= 16777215b-51"),
+    ("instance_direction.g", "fixed<-26,nu>", "fixed<-26,dn>"),
+    ("instance_length.g", "N in [1,", "N in [0.99,"),
+    ("instance_origin.g", "<= 129b-32", "<= 128b-32"),
+    ("instance_origin.g", "t in [0, 1b19]", "t in [0, 1b20]"),
+    ("instance_slab.g", "pad = 8b-24", "pad = 7b-24"),    # neither enough nor the contract's
+    ("instance_slab.g", "|early| <= 40b-28", "|early| <= 37b-28"),
+    ("instance_inside.g", "scale in [1, 1b16]", "scale in [1, 1b17]"),  # exponents up to 16
+    ("instance_ray.g", "<= 2825b-35", "<= 2820b-35"),
+    ("instance_depth.g", "t in [0, 7]", "t in [0, 8]"),
+    ("instance_row.g", "<= 32769b-47", "<= 32768b-47"),   # less than half a unit
     ("barycentric.g", "uses edge_uv", "uses edge_vu"),  # assumes what nobody proves
 ]
 

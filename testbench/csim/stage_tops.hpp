@@ -15,5 +15,7 @@ void kd_backtrack_top(hls::stream<retrace::hls::kd_backtrack_in_word_t>& in,
                       hls::stream<retrace::hls::kd_backtrack_out_word_t>& out);
 void tri_test_top(hls::stream<retrace::hls::tri_test_in_word_t>& in,
                   hls::stream<retrace::hls::tri_test_out_word_t>& out);
+void instance_enter_top(hls::stream<retrace::hls::instance_enter_in_word_t>& in,
+                        hls::stream<retrace::hls::instance_enter_out_word_t>& out);
 void hit_finish_top(hls::stream<retrace::hls::hit_finish_in_word_t>& in, hls::stream<retrace::hls::hit_word_t>& out);
 }

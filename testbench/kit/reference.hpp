@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "golden/contract/contract_records.hpp"
+#include "golden/engine/stages/instance_enter.hpp"
 #include "hls/include/contract.hpp"
 
 namespace retrace::reference {
@@ -150,5 +151,8 @@ inline contract::HitRecord hit_finish(const contract::HitFinishInRecord& in) {
   out.v = barycentric(in.edge_v, in.exponent_v, in.dz);
   return out;
 }
+
+using golden::world_t;
+using golden::instance_enter;  // in integers already
 
 }  // namespace retrace::reference

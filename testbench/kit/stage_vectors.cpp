@@ -6,6 +6,7 @@
 
 #include "golden/tree/kd_builder.hpp"
 #include "reference.hpp"
+#include "test_instances.hpp"
 
 namespace retrace {
 namespace {
@@ -217,6 +218,77 @@ contract::HitFinishInRecord hit_finish_vector(Random& random) {
   }
   in.dz = in.dz == std::numeric_limits<std::int32_t>::min() ? 1 : std::abs(in.dz);
   if (in.dz == 0 || in.dz >= 1 << contract::kDirectionFrac) in.dz = 1;  // tri_test's candidates have d'z above 0
+  return in;
+}
+
+contract::InstanceEnterInRecord instance_enter_vector(Random& random) {
+  auto in = directed_record<contract::InstanceEnterInRecord>(random);
+  if (random.chance(8)) return in;  // mostly a bad record
+
+  // A box of any size, an instance of any shape.
+  std::array<std::int32_t, 6> box{};
+  constexpr auto kReach = static_cast<std::int32_t>(kObjectReach * kOne);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto half = std::min<std::int64_t>(kReach, (std::int64_t{1} << random.below(25)) + contract::kBoxPad);
+    const std::int64_t middle = random.chance(2) ? 0 : random.integer(half - kReach, kReach - half);
+    box[2 * axis] = static_cast<std::int32_t>(middle - half);
+    box[2 * axis + 1] = static_cast<std::int32_t>(middle + half);
+  }
+  const auto shape = static_cast<InstanceShape>(random.below(static_cast<std::uint64_t>(InstanceShape::kCount)));
+  const Placement placement = random_placement(random, shape);
+  const auto record = make_instance(placement, box, 0, 0);
+  if (!record) return in;
+  in.m = record->m;
+  in.b = record->b;
+  in.e = record->e;
+  in.box = record->box;
+
+  // From anywhere in the world, or from inside the object, to a corner, an edge, a face or the inside of its box, or a little beside.
+  const auto place = [&](bool sides) {
+    glm::dvec3 point;
+    const auto fixed = sides ? random.below(4) : 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto at = static_cast<std::size_t>(axis);
+      const double lower = box[2 * at] * (1.0 / kOne), upper = box[2 * at + 1] * (1.0 / kOne);
+      point[axis] =
+          static_cast<std::uint64_t>(axis) < fixed ? (random.chance(2) ? lower : upper) : random.real(lower, upper);
+    }
+    return placement.linear * point + placement.offset;
+  };
+  glm::dvec3 target = place(true);
+  if (random.chance(3))
+    for (int axis = 0; axis < 3; ++axis)
+      target[axis] += random.real(-1, 1) * std::ldexp(1.0, -static_cast<int>(random.below(26)));
+  const glm::dvec3 start = place(false);
+  const bool inside = random.chance(4);
+  std::array<double, 3> d{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double from =
+        inside ? start[static_cast<int>(axis)] * kOne : static_cast<double>(random.integer(-kOne, kOne));
+    in.origin[axis] = static_cast<std::int32_t>(std::clamp(std::floor(from), -1.0 * kOne, 1.0 * kOne));
+    d[axis] = target[static_cast<int>(axis)] - in.origin[axis] * (1.0 / kOne);
+  }
+  if (random.chance(8)) d[random.below(3)] = 0.0;  // along a plane of the world
+  if (random.chance(16)) {                         // along an axis of the object
+    const auto column = placement.linear[static_cast<int>(random.below(3))];
+    d = {column.x, column.y, column.z};
+  }
+  const double length = std::max(std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]), 1e-12);
+  constexpr double kUnit = 1 << contract::kDirectionFrac;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    in.direction[axis] =
+        static_cast<std::int32_t>(std::clamp(std::floor(d[axis] / length * kUnit + 0.5), -kUnit, kUnit - 1));
+  // Far away, or just at the box: what is left of it turns at 0 and at 2^27.
+  in.reach = 1u << (contract::kTReachBits - 1);
+  if (random.chance(4)) {
+    const auto entry = reference::instance_enter(in);
+    const auto first = entry.enters ? reference::world_t(0, entry.start, entry.scale) : 0;
+    in.reach = static_cast<std::uint32_t>(std::max<std::int64_t>(0, first + random.integer(-1, 2)));
+  } else if (random.chance(2)) {
+    in.reach = static_cast<std::uint32_t>(random.below(std::uint64_t{4} << contract::kTLimitFrac));
+  }
+  if (random.chance(16))
+    in.e[random.below(3)] = static_cast<std::uint32_t>(random.below(1u << contract::kRowExponentBits));
   return in;
 }
 

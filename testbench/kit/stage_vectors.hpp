@@ -27,5 +27,6 @@ contract::LeafExitInRecord leaf_exit_vector(Random& random);
 contract::KdBacktrackInRecord kd_backtrack_vector(Random& random);
 contract::TriTestInRecord tri_test_vector(Random& random);
 contract::HitFinishInRecord hit_finish_vector(Random& random);
+contract::InstanceEnterInRecord instance_enter_vector(Random& random);
 
 }  // namespace retrace

@@ -1,5 +1,6 @@
 #include "scene_vectors.hpp"
 
+#include "golden/tree/instance.hpp"
 #include "testbench/kit/reference.hpp"
 
 namespace retrace::cosim {
@@ -16,7 +17,27 @@ Node node_of(const MemoryImage& image, std::uint32_t index) {
   return {pair.left_split, pair.left_axis, pair.left_child, pair.parent};
 }
 
+/// The scene as an object, half as large and turned about two axes.
+contract::InstanceEnterInRecord record_entry(const MemoryImage& image, const contract::RayRecord& ray) {
+  const glm::dmat3 about_z(0.6, 0.8, 0.0, -0.8, 0.6, 0.0, 0.0, 0.0, 1.0),
+      about_x(1.0, 0.0, 0.0, 0.0, 0.8, 0.6, 0.0, -0.6, 0.8);
+  std::array<std::int32_t, 6> box{};
+  for (std::size_t face = 0; face < 6; ++face)
+    box[face] = static_cast<std::int32_t>(static_cast<std::int32_t>(image.header().box[face]) * kObjectReach);
+  const auto record = make_instance({0.5 * about_z * about_x, glm::dvec3(0.1, -0.05, 0.02)}, box, 0, 0).value();
+  contract::InstanceEnterInRecord in;
+  in.m = record.m;
+  in.b = record.b;
+  in.e = record.e;
+  in.box = record.box;
+  in.origin = ray.origin;
+  in.direction = ray.direction;
+  in.reach = ray.t_max + 1;
+  return in;
+}
+
 void record_walk(const MemoryImage& image, const contract::RayRecord& ray, SceneVectors& vectors) {
+  vectors.instance_enter.push_back(record_entry(image, ray));
   contract::RaySetupInRecord start;
   start.origin = ray.origin;
   start.direction = ray.direction;

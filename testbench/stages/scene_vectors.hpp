@@ -15,6 +15,7 @@ struct SceneVectors {
   std::vector<contract::KdBacktrackInRecord> kd_backtrack;
   std::vector<contract::TriTestInRecord> tri_test;
   std::vector<contract::HitFinishInRecord> hit_finish;
+  std::vector<contract::InstanceEnterInRecord> instance_enter;  ///< the scene, half as large and turned, as an object
 };
 
 /// Walks the rays over the image with parent links, closest hit, and appends what each stage is given.

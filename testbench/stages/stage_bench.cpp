@@ -14,6 +14,7 @@
 #include "testbench/sim/clocked.hpp"
 #include "testbench/sim/hold_off.hpp"
 #include "Vrt_hit_finish.h"
+#include "Vrt_instance_enter.h"
 #include "Vrt_kd_backtrack.h"
 #include "Vrt_kd_descend.h"
 #include "Vrt_leaf_exit.h"
@@ -280,8 +281,8 @@ contract::TriTestInRecord mixed_tri_test_vector(Random& random) {
 }  // namespace
 
 const std::vector<std::string>& stage_names() {
-  static const std::vector<std::string> names{"ray_setup",    "kd_descend", "leaf_exit",
-                                              "kd_backtrack", "tri_test",   "hit_finish"};
+  static const std::vector<std::string> names{"ray_setup", "kd_descend", "leaf_exit",     "kd_backtrack",
+                                              "tri_test",  "hit_finish", "instance_enter"};
   return names;
 }
 
@@ -303,6 +304,8 @@ StageResult run_stage(const StageRun& run) {
     return run_model<Vrt_tri_test>(run, mixed_tri_test_vector, hls_tri_test, &SceneVectors::tri_test);
   if (run.stage == "hit_finish")
     return run_model<Vrt_hit_finish>(run, hit_finish_vector, hls_hit_finish, &SceneVectors::hit_finish);
+  if (run.stage == "instance_enter")
+    return run_model<Vrt_instance_enter>(run, instance_enter_vector, hls_instance_enter, &SceneVectors::instance_enter);
   throw std::invalid_argument("unknown stage: " + run.stage);
 }
 
@@ -313,6 +316,7 @@ std::uint64_t vectors_of(const SceneVectors& scene, const std::string& stage) {
   if (stage == "kd_backtrack") return scene.kd_backtrack.size();
   if (stage == "tri_test") return scene.tri_test.size();
   if (stage == "hit_finish") return scene.hit_finish.size();
+  if (stage == "instance_enter") return scene.instance_enter.size();
   throw std::invalid_argument("unknown stage: " + stage);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 #include "golden/contract/contract_records.hpp"
 #include "hls/stages/hit_finish.hpp"
+#include "hls/stages/instance_enter.hpp"
 #include "hls/stages/kd_backtrack.hpp"
 #include "hls/stages/kd_descend.hpp"
 #include "hls/stages/leaf_exit.hpp"
@@ -139,6 +140,31 @@ inline contract::HitRecord hls_hit_finish(const contract::HitFinishInRecord& hos
   result.id = out.id;
   result.u = out.u;
   result.v = out.v;
+  return result;
+}
+
+inline contract::InstanceEnterOutRecord hls_instance_enter(const contract::InstanceEnterInRecord& host) {
+  hls::instance_enter_in_record in;
+  detail::to_hls(host.m, in.m);
+  detail::to_hls(host.b, in.b);
+  detail::to_hls(host.e, in.e);
+  detail::to_hls(host.box, in.box);
+  detail::to_hls(host.origin, in.origin);
+  detail::to_hls(host.direction, in.direction);
+  in.reach = host.reach;
+  const hls::instance_enter_out_record out = hls::instance_enter(in);
+  contract::InstanceEnterOutRecord result;
+  detail::to_host(out.origin, result.origin);
+  detail::to_host(out.direction, result.direction);
+  detail::to_host(out.reciprocal, result.reciprocal);
+  detail::to_host(out.shift, result.shift);
+  detail::to_host(out.zero, result.zero);
+  detail::to_host(out.negative, result.negative);
+  result.t_max = out.t_max;
+  result.scale = out.scale;
+  result.start = out.start;
+  result.enters = out.enters;
+  result.bad = out.bad;
   return result;
 }
 

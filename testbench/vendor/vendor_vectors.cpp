@@ -140,6 +140,7 @@ int main(int argc, char** argv) {
     STAGE(kd_backtrack);
     STAGE(tri_test);
     STAGE(hit_finish);
+    STAGE(instance_enter);
 #undef STAGE
     write_frame(folder);
     return 0;

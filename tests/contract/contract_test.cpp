@@ -55,6 +55,9 @@ SAME_BITS(KdBacktrackOut, kd_backtrack_out)
 SAME_BITS(TriTestIn, tri_test_in)
 SAME_BITS(TriTestOut, tri_test_out)
 SAME_BITS(HitFinishIn, hit_finish_in)
+SAME_BITS(Instance, instance)
+SAME_BITS(InstanceEnterIn, instance_enter_in)
+SAME_BITS(InstanceEnterOut, instance_enter_out)
 #undef SAME_BITS
 
 TEST(Contract, fits_says_what_a_field_cannot_hold) {

@@ -10,7 +10,7 @@ module tb_lib #(
     localparam int unsigned Divs = 6,
     localparam int unsigned DivSeqs = 3,
     localparam int unsigned ArbInputs = 5,
-    localparam int unsigned Stages = 6
+    localparam int unsigned Stages = 7
 ) (
     input  logic               clk_i,
     input  logic               rst_ni,
@@ -412,7 +412,8 @@ module tb_lib #(
           rt_stage_pkg::LeafExitLatency,
           rt_stage_pkg::KdBacktrackLatency,
           rt_stage_pkg::TriTestLatency,
-          rt_stage_pkg::HitFinishLatency
+          rt_stage_pkg::HitFinishLatency,
+          rt_stage_pkg::InstanceEnterLatency
       };
   assign stage_interval_o = '{
           rt_stage_pkg::RaySetupInterval,
@@ -420,7 +421,8 @@ module tb_lib #(
           rt_stage_pkg::LeafExitInterval,
           rt_stage_pkg::KdBacktrackInterval,
           rt_stage_pkg::TriTestInterval,
-          rt_stage_pkg::HitFinishInterval
+          rt_stage_pkg::HitFinishInterval,
+          rt_stage_pkg::InstanceEnterInterval
       };
   assign stage_blocks_o = '{
           rt_stage_pkg::RaySetupBlocks,
@@ -428,7 +430,8 @@ module tb_lib #(
           rt_stage_pkg::LeafExitBlocks,
           rt_stage_pkg::KdBacktrackBlocks,
           rt_stage_pkg::TriTestBlocks,
-          rt_stage_pkg::HitFinishBlocks
+          rt_stage_pkg::HitFinishBlocks,
+          rt_stage_pkg::InstanceEnterBlocks
       };
 
   `RT_ASSERT_STREAM(RuleStream, rule_valid_i, rule_ready_i, rule_data_i)

@@ -1,0 +1,216 @@
+#include "two_level_walk.hpp"
+
+#include <algorithm>
+#include <array>
+#include <tuple>
+
+#include "reference.hpp"
+
+namespace retrace {
+namespace {
+
+constexpr auto kBad = static_cast<std::uint32_t>(contract::kStatusBadRecord);
+
+struct Node {
+  std::int32_t split;
+  std::uint32_t axis, child;
+};
+
+Node node_of(const MemoryImage& image, std::uint32_t index) {
+  const auto pair = image.pair(index >> 1);
+  if (index & 1) return {pair.right_split, pair.right_axis, pair.right_child};
+  return {pair.left_split, pair.left_axis, pair.left_child};
+}
+
+/// Down from the root, across faces by links. `visit(leaf, t_exit)` says whether the ray is finished.
+template <typename Visit>
+void walk_tree(const MemoryImage& image, const contract::RaySetupOutRecord& ray, std::uint64_t& down, Visit visit) {
+  std::uint32_t index = 0;
+  std::int32_t t = 0;
+  for (std::uint32_t step = 0; step < image.header().step_limit; ++step) {
+    const Node node = node_of(image, index);
+    if (node.axis != contract::kAxisLeaf) {
+      ++down;
+      contract::KdDescendInRecord in;
+      in.split = node.split;
+      in.child = node.child;
+      in.origin = ray.origin[node.axis];
+      in.reciprocal = ray.reciprocal[node.axis];
+      in.shift = ray.shift[node.axis];
+      in.zero = ray.zero[node.axis];
+      in.negative = ray.negative[node.axis];
+      in.t = t;
+      index = reference::kd_descend(in).node;
+      continue;
+    }
+    const auto leaf = image.leaf(node.child);
+    contract::LeafExitInRecord in;
+    in.bound = leaf.bound;
+    in.origin = ray.origin;
+    in.reciprocal = ray.reciprocal;
+    in.shift = ray.shift;
+    in.zero = ray.zero;
+    in.negative = ray.negative;
+    in.t = t;
+    const auto exit = reference::leaf_exit(in);
+    // An object's ray that passes its root box by within the tolerance of the entry leaves it behind itself: nothing is there.
+    if (exit.broken || !exit.exits) return;
+    if (visit(leaf, static_cast<std::uint32_t>(exit.t_exit))) return;
+    t = exit.t_exit;
+    index = leaf.link[exit.face];
+    if (index == 0) return;
+  }
+}
+
+contract::TriTestOutRecord test(const contract::TriangleRecord& triangle, const contract::RaySetupOutRecord& ray) {
+  contract::TriTestInRecord in;
+  in.u = triangle.u;
+  in.v = triangle.v;
+  in.n = triangle.n;
+  in.offset_u = triangle.offset_u;
+  in.offset_v = triangle.offset_v;
+  in.offset_n = triangle.offset_n;
+  in.exponent_u = triangle.exponent_u;
+  in.exponent_v = triangle.exponent_v;
+  in.id = triangle.id;
+  in.origin = ray.origin;
+  in.direction = ray.direction;
+  return reference::tri_test(in);
+}
+
+contract::RaySetupOutRecord state_of(const contract::InstanceEnterOutRecord& entry) {
+  contract::RaySetupOutRecord ray;
+  ray.origin = entry.origin;
+  ray.direction = entry.direction;
+  ray.reciprocal = entry.reciprocal;
+  ray.shift = entry.shift;
+  ray.zero = entry.zero;
+  ray.negative = entry.negative;
+  ray.t_max = entry.t_max;
+  ray.valid = 1;
+  return ray;
+}
+
+contract::InstanceEnterOutRecord enter(const contract::InstanceRecord& record, const contract::RayRecord& ray,
+                                       std::uint32_t reach) {
+  contract::InstanceEnterInRecord in;
+  in.m = record.m;
+  in.b = record.b;
+  in.e = record.e;
+  in.box = record.box;
+  in.origin = ray.origin;
+  in.direction = ray.direction;
+  in.reach = reach;
+  return reference::instance_enter(in);
+}
+
+}  // namespace
+
+bool TwoLevelHit::comes_before(const TwoLevelHit& other) const {
+  if (!hit || !other.hit) return hit;
+  return std::tie(t, instance, t_object, id) < std::tie(other.t, other.instance, other.t_object, other.id);
+}
+
+std::optional<contract::InstanceEnterOutRecord> enter_instance(const contract::InstanceRecord& record,
+                                                               const contract::RayRecord& ray, std::uint32_t reach) {
+  const auto entry = enter(record, ray, reach);
+  return entry.enters ? std::optional(entry) : std::nullopt;
+}
+
+TwoLevelHit trace_two_levels(const TwoLevelScene& scene, const contract::RayRecord& ray, TwoLevelWork* work,
+                             std::uint32_t* status) {
+  TwoLevelWork unwanted;
+  TwoLevelWork& count = work ? *work : unwanted;
+  std::uint32_t fault = 0;
+  contract::RaySetupInRecord start;
+  start.origin = ray.origin;
+  start.direction = ray.direction;
+  start.t_max = ray.t_max;
+  start.any = ray.any;
+  for (std::size_t face = 0; face < 6; ++face)
+    start.box[face] = static_cast<std::int32_t>(scene.top.header().box[face]);
+  const auto state = reference::ray_setup(start);
+  TwoLevelHit best;
+  best.t = ray.t_max;
+  std::array<std::uint32_t, kInstanceMailbox> mailbox{};
+  std::size_t held = 0, next = 0;
+  const auto search_object = [&](std::uint32_t number) {
+    // The limit of the object's ray: nearer than the best hit, or as near with a lower number.
+    const bool ties = !best.hit || number < best.instance;
+    const auto entry = enter(scene.instances[number], ray, best.t + (ties ? 1 : 0));
+    ++count.entries;
+    if (entry.bad) fault = kBad;
+    if (!entry.enters) {
+      ++count.rejected;
+      return;
+    }
+    const auto object_ray = state_of(entry);
+    const MemoryImage& object = scene.objects[scene.object_of[number]];
+    std::uint32_t nearest = entry.t_max, id = contract::kNoTriangle;
+    bool found = false;
+    std::int32_t dz = 0;
+    walk_tree(object, object_ray, count.down, [&](const contract::LeafRecord& leaf, std::uint32_t t_exit) {
+      ++count.leaf;
+      for (std::uint32_t i = 0; i < leaf.count; ++i) {
+        ++count.tests;
+        const auto hit = test(object.triangle(object.reference(leaf, i)), object_ray);
+        if (!hit.hit || hit.t > nearest || (found && hit.t == nearest && hit.id >= id)) continue;
+        found = true;
+        nearest = hit.t;
+        id = hit.id;
+        dz = hit.dz;
+        if (ray.any) return true;
+      }
+      return nearest <= t_exit;
+    });
+    if (found) best = {true, reference::world_t(nearest, entry.start, entry.scale), number, nearest, id, dz};
+  };
+  if (state.valid) {
+    walk_tree(scene.top, state, count.top_down, [&](const contract::LeafRecord& leaf, std::uint32_t t_exit) {
+      ++count.top_leaf;
+      for (std::uint32_t i = 0; i < leaf.count; ++i) {
+        const std::uint32_t number = scene.top.triangle(scene.top.reference(leaf, i)).id;
+        const auto end = mailbox.begin() + static_cast<std::ptrdiff_t>(held);
+        if ((best.hit && number == best.instance) || std::find(mailbox.begin(), end, number) != end) {
+          ++count.saved;
+          continue;
+        }
+        mailbox[next] = number;
+        next = (next + 1) % mailbox.size();
+        held = std::min(held + 1, mailbox.size());
+        search_object(number);
+        if (fault != 0 || (best.hit && ray.any)) return true;
+      }
+      return best.t <= t_exit;
+    });
+  }
+  if (fault != 0) best = {};
+  if (status)
+    *status = fault != 0     ? fault
+              : !state.valid ? static_cast<std::uint32_t>(contract::kStatusBadRay)
+                             : static_cast<std::uint32_t>(best.hit ? contract::kStatusHit : contract::kStatusMiss);
+  if (!best.hit) best = {};
+  return best;
+}
+
+TwoLevelHit brute_force_two_levels(const TwoLevelScene& scene, const contract::RayRecord& ray,
+                                   std::span<const TwoLevelTriangle> without) {
+  TwoLevelHit best;
+  for (std::uint32_t number = 0; number < scene.instances.size(); ++number) {
+    const auto entry = enter(scene.instances[number], ray, ray.t_max + 1);
+    if (!entry.enters) continue;
+    const auto object_ray = state_of(entry);
+    const MemoryImage& object = scene.objects[scene.object_of[number]];
+    for (std::uint32_t i = 0; i < object.header().triangle_count; ++i) {
+      const auto hit = test(object.triangle(i), object_ray);
+      if (!hit.hit || hit.t > entry.t_max) continue;
+      const TwoLevelHit found{true, reference::world_t(hit.t, entry.start, entry.scale), number, hit.t, hit.id, hit.dz};
+      if (!found.comes_before(best)) continue;
+      if (std::find(without.begin(), without.end(), TwoLevelTriangle{number, hit.id}) != without.end()) continue;
+      best = found;
+    }
+  }
+  return best;
+}
+
+}  // namespace retrace

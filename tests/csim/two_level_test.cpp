@@ -1,0 +1,401 @@
+// Scenes of two levels: the walk in integers against brute force over all triangles of all instances, and closed meshes inside instances.
+// RETRACE_RAYS: rays of each test (20000).
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "golden/engine/exact.hpp"
+#include "golden/tree/two_level_scene.hpp"
+#include "hls/top/trace.hpp"
+#include "testbench/kit/closed_meshes.hpp"
+#include "testbench/kit/test_instances.hpp"
+#include "testbench/kit/two_level_walk.hpp"
+
+namespace retrace {
+namespace {
+
+constexpr double kUnit = 1 << contract::kPositionFrac;
+
+int rays_of_a_test() {
+  const char* text = std::getenv("RETRACE_RAYS");
+  return text ? std::atoi(text) : 20000;
+}
+
+/// A closed mesh small enough for an object.
+GridScene make_object(const std::string& kind, int cells, Random& random) {
+  GridScene scene = make_closed_mesh(kind, cells, random);
+  std::array<std::int32_t, 6> box{0, 0, 0, 0, 0, 0};
+  std::vector<GridTriangle> kept;
+  for (GridTriangle triangle : scene.triangles) {
+    for (GridPoint& p : triangle.vertices) {
+      for (int axis = 0; axis < 3; ++axis) {
+        p[axis] = static_cast<std::int32_t>(std::int64_t{p[axis]} * 9 / 10);
+        const auto at = static_cast<std::size_t>(2 * axis);
+        box[at] = std::min(box[at], p[axis] - contract::kBoxPad);
+        box[at + 1] = std::max(box[at + 1], p[axis] + contract::kBoxPad);
+      }
+    }
+    const auto n =
+        exact::cross(exact::difference(exact::to_vec(triangle.vertices[1]), exact::to_vec(triangle.vertices[0])),
+                     exact::difference(exact::to_vec(triangle.vertices[2]), exact::to_vec(triangle.vertices[0])));
+    if (n != exact::Vec{0, 0, 0}) kept.push_back(triangle);
+  }
+  scene.triangles = kept;
+  scene.box = box;
+  return scene;
+}
+
+struct World {
+  std::vector<GridScene> objects;
+  std::vector<PlacedObject> placed;
+  TwoLevelScene scene;
+
+  glm::dvec3 to_world(std::uint32_t instance, const glm::dvec3& point) const {
+    return placed[instance].to_world.linear * point + placed[instance].to_world.offset;
+  }
+  const GridScene& object(std::uint32_t instance) const { return objects[placed[instance].object]; }
+};
+
+World make_world(Random& random, std::size_t instances, int cells) {
+  World world;
+  for (const char* kind : {"box", "sphere", "random", "sliver"})
+    world.objects.push_back(make_object(kind, cells, random));
+  for (std::size_t i = 0; i < instances; ++i) {
+    const auto shape = static_cast<InstanceShape>(random.below(static_cast<std::uint64_t>(InstanceShape::kCount)));
+    world.placed.push_back(
+        {static_cast<std::uint32_t>(random.below(world.objects.size())), random_placement(random, shape)});
+  }
+  world.scene = build_two_levels(world.objects, world.placed);
+  return world;
+}
+
+contract::RayRecord make_ray(const GridPoint& origin, glm::dvec3 target, Random& random) {
+  contract::RayRecord ray;
+  glm::dvec3 d = target - glm::dvec3(origin) / kUnit;
+  if (glm::length(d) < 1e-9) d = glm::dvec3(random.real(-1, 1), 1.0, random.real(-1, 1));
+  d = glm::normalize(d);
+  for (int axis = 0; axis < 3; ++axis) {
+    ray.origin[static_cast<std::size_t>(axis)] = origin[axis];
+    ray.direction[static_cast<std::size_t>(axis)] =
+        static_cast<std::int32_t>(std::min(std::floor(d[axis] * 0x1p26 + 0.5), 0x1p26 - 1));
+  }
+  ray.t_max = (1u << contract::kTLimitBits) - 1;
+  return ray;
+}
+
+/// Inside, on an edge or at a vertex of a triangle of some instance, in the world.
+glm::dvec3 random_target(const World& world, std::uint32_t instance, Random& random) {
+  const auto& triangles = world.object(instance).triangles;
+  const GridTriangle& triangle = triangles[random.below(triangles.size())];
+  glm::dvec3 weight(random.real(0, 1), random.real(0, 1), random.real(0, 1));
+  const auto aim = random.below(8);
+  if (aim < 2) weight[static_cast<int>(random.below(3))] = 0.0;
+  if (aim == 2) weight = glm::dvec3(1.0, 0.0, 0.0);
+  weight /= weight.x + weight.y + weight.z;
+  glm::dvec3 point(0.0);
+  for (int i = 0; i < 3; ++i) point += weight[i] * glm::dvec3(triangle.vertices[static_cast<std::size_t>(i)]) / kUnit;
+  return world.to_world(instance, point);
+}
+
+GridPoint to_codes(const glm::dvec3& p) { return GridPoint(glm::floor(p * kUnit + 0.5)); }
+
+GridPoint random_origin(const World& world, Random& random) {
+  const auto& box = world.scene.top.header().box;
+  const auto face = [&](std::size_t i) { return static_cast<std::int32_t>(box[i]); };
+  return {random.integer(face(0), face(1)), random.integer(face(2), face(3)), random.integer(face(4), face(5))};
+}
+
+/// Does the object's ray truly miss the triangle, as exact integers say?
+bool is_false(const World& world, const contract::RayRecord& ray, const TwoLevelHit& hit) {
+  const auto entry = enter_instance(world.scene.instances[hit.instance], ray, ray.t_max + 1);
+  contract::RayRecord object_ray;
+  object_ray.origin = entry->origin;
+  object_ray.direction = entry->direction;
+  for (const GridTriangle& triangle : world.object(hit.instance).triangles) {
+    if (triangle.id != hit.id) continue;
+    const auto crossing =
+        exact::intersect(object_ray, {exact::to_vec(triangle.vertices[0]), exact::to_vec(triangle.vertices[1]),
+                                      exact::to_vec(triangle.vertices[2])});
+    return !crossing.inside() || !crossing.ahead();
+  }
+  ADD_FAILURE() << "no triangle " << hit.id;
+  return false;
+}
+
+/// Is the point inside the closed mesh, and at least 2^-22 from the planes of its triangles, as the proof asks?
+bool is_inside(const GridScene& mesh, const std::array<std::int32_t, 3>& point, Random& random) {
+  contract::RayRecord ray;
+  ray.origin = point;
+  const exact::Vec from = exact::to_vec(point);
+  for (const GridTriangle& triangle : mesh.triangles) {
+    const exact::Vec a = exact::difference(exact::to_vec(triangle.vertices[0]), from);
+    const exact::Vec n =
+        exact::cross(exact::difference(exact::to_vec(triangle.vertices[1]), exact::to_vec(triangle.vertices[0])),
+                     exact::difference(exact::to_vec(triangle.vertices[2]), exact::to_vec(triangle.vertices[0])));
+    const double length = std::sqrt(static_cast<double>(exact::dot(n, n)));
+    if (std::abs(static_cast<double>(exact::dot(n, a))) < 4.0 * length) return false;
+  }
+  for (;;) {  // until a ray meets no edge
+    for (auto& d : ray.direction) d = static_cast<std::int32_t>(random.integer(-(1 << 26), (1 << 26) - 1));
+    int winding = 0;
+    bool clean = true;
+    for (const GridTriangle& triangle : mesh.triangles) {
+      const std::array<exact::Vec, 3> vertices{exact::to_vec(triangle.vertices[0]), exact::to_vec(triangle.vertices[1]),
+                                               exact::to_vec(triangle.vertices[2])};
+      const auto crossing = exact::intersect(ray, vertices);
+      if (crossing.parallel()) clean = false;
+      if (!crossing.inside() || !crossing.ahead()) continue;
+      if (crossing.edge[0] == 0 || crossing.edge[1] == 0 || crossing.edge[2] == 0) clean = false;
+      winding += exact::dot(exact::to_vec(ray.direction), crossing.normal) > 0 ? 1 : -1;
+    }
+    if (clean) return winding != 0;
+  }
+}
+
+class TwoLevels : public testing::TestWithParam<std::pair<int, int>> {};
+
+TEST_P(TwoLevels, walk_equals_brute_force_but_at_false_hits) {
+  const std::uint64_t seed = test_seed();
+  Random random(seed);
+  const auto [instances, cells] = GetParam();
+  const World world = make_world(random, static_cast<std::size_t>(instances), cells);
+  TwoLevelWork work;
+  int hits = 0, different = 0, grazing = 0;
+  const int rays = rays_of_a_test();
+  for (int i = 0; i < rays; ++i) {
+    const auto instance = static_cast<std::uint32_t>(random.below(world.placed.size()));
+    auto ray = make_ray(random_origin(world, random), random_target(world, instance, random), random);
+    if (random.chance(8))
+      ray.t_max = static_cast<std::uint32_t>(random.below(std::uint64_t{3} << contract::kTLimitFrac));
+    const TwoLevelHit hit = trace_two_levels(world.scene, ray, &work);
+    TwoLevelHit truth = brute_force_two_levels(world.scene, ray);
+    hits += truth.hit;
+    auto any_ray = ray;
+    any_ray.any = 1;
+    const TwoLevelHit any = trace_two_levels(world.scene, any_ray);
+    if (hit == truth) {
+      ASSERT_EQ(any.hit, truth.hit) << "seed " << seed << " ray " << i;
+      continue;
+    }
+    // What brute force has before the walk's answer must be false hits, or hits of rays along a plane.
+    ++different;
+    std::vector<TwoLevelTriangle> left_out;
+    while (truth.hit && truth != hit) {
+      const bool along = std::abs(truth.dz) < 1 << (contract::kRowDirectionFrac - 10);
+      ASSERT_TRUE(along || is_false(world, ray, truth))
+          << "seed " << seed << " ray " << i << ": instance " << truth.instance << " triangle " << truth.id << " t "
+          << truth.t << ", the walk says " << hit.hit << " instance " << hit.instance << " triangle " << hit.id << " t "
+          << hit.t;
+      grazing += along;
+      left_out.push_back({truth.instance, truth.id});
+      truth = brute_force_two_levels(world.scene, ray, left_out);
+    }
+    ASSERT_EQ(hit, truth) << "seed " << seed << " ray " << i;
+  }
+  const double n = rays;
+  std::printf("%d instances: %d hits of %d rays, %d differ from brute force (%d of them grazing), all at false hits\n",
+              instances, hits, rays, different, grazing);
+  std::printf(
+      "a ray: top %.2f down %.2f leaves, %.2f entries (%.2f rejected, %.2f saved), object %.2f down %.2f leaves %.2f "
+      "tests\n",
+      static_cast<double>(work.top_down) / n, static_cast<double>(work.top_leaf) / n,
+      static_cast<double>(work.entries) / n, static_cast<double>(work.rejected) / n,
+      static_cast<double>(work.saved) / n, static_cast<double>(work.down) / n, static_cast<double>(work.leaf) / n,
+      static_cast<double>(work.tests) / n);
+  EXPECT_GT(hits, rays / 2);
+  EXPECT_LT(different, rays / 500);
+}
+
+TEST_P(TwoLevels, no_ray_leaves_a_closed_mesh_of_an_instance) {
+  const std::uint64_t seed = test_seed();
+  Random random(seed + 1);
+  const auto [instances, cells] = GetParam();
+  const World world = make_world(random, static_cast<std::size_t>(instances), cells);
+  int escaped = 0, left_out = 0;
+  const int rays = rays_of_a_test();
+  for (int i = 0; i < rays; ++i) {
+    const auto instance = static_cast<std::uint32_t>(random.below(world.placed.size()));
+    const GridScene& object = world.object(instance);
+    const glm::dvec3 inside = glm::dvec3(inside_closed_mesh(object, random)) / kUnit;
+    const GridPoint origin = to_codes(world.to_world(instance, inside));
+    // The world's grid is coarse for a small object: the rounded origin may be outside its mesh, and then nothing is promised.
+    const auto ray = make_ray(origin, random_target(world, instance, random), random);
+    const auto entry = enter_instance(world.scene.instances[instance], ray, ray.t_max + 1);
+    if (!entry || entry->start != 0) {
+      ++left_out;
+      continue;
+    }
+    if (!is_inside(object, entry->origin, random)) {
+      ++left_out;
+      continue;
+    }
+    if (!trace_two_levels(world.scene, ray).hit) {
+      ++escaped;
+      std::printf("seed %llu ray %d: instance %u, escaped\n", static_cast<unsigned long long>(seed), i, instance);
+    }
+  }
+  std::printf("%d instances: %d of %d rays escaped, %d left out\n", instances, escaped, rays, left_out);
+  EXPECT_EQ(escaped, 0);
+  EXPECT_LT(left_out, rays / 2);
+}
+
+TEST_P(TwoLevels, the_answer_does_not_depend_on_the_order_of_visits) {
+  // The same instances under another numbering: hits at the same place, of the same instance.
+  const std::uint64_t seed = test_seed();
+  Random random(seed + 2);
+  const auto [instances, cells] = GetParam();
+  const World world = make_world(random, static_cast<std::size_t>(instances), cells);
+  World turned = world;
+  std::reverse(turned.placed.begin(), turned.placed.end());
+  turned.scene = build_two_levels(turned.objects, turned.placed);
+  int same = 0;
+  const int rays = rays_of_a_test() / 4;
+  for (int i = 0; i < rays; ++i) {
+    const auto instance = static_cast<std::uint32_t>(random.below(world.placed.size()));
+    const auto ray = make_ray(random_origin(world, random), random_target(world, instance, random), random);
+    const TwoLevelHit one = trace_two_levels(world.scene, ray), two = trace_two_levels(turned.scene, ray);
+    ASSERT_EQ(one.hit, two.hit) << "seed " << seed << " ray " << i;
+    if (!one.hit) continue;
+    const auto other = static_cast<std::uint32_t>(world.placed.size()) - 1 - two.instance;
+    if (one.instance != other) continue;  // as near in the world: the lower number
+    ++same;
+    ASSERT_EQ(one.t, two.t) << "seed " << seed << " ray " << i;
+    ASSERT_EQ(one.id, two.id) << "seed " << seed << " ray " << i;
+  }
+  EXPECT_GT(same, rays / 2);
+}
+
+/// The kernel over the assembled image: hits of all rays.
+std::vector<contract::HitRecord> run_kernel(const std::vector<std::uint64_t>& image,
+                                            const std::vector<contract::RayRecord>& rays, unsigned options) {
+  const auto to_words = [](const std::vector<std::uint64_t>& from) {
+    std::vector<hls::word_t> words(from.size() / 2);
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      words[i] = ap_uint<64>(from[2 * i + 1]);
+      words[i] <<= 64;
+      words[i] |= hls::word_t(ap_uint<64>(from[2 * i]));
+    }
+    return words;
+  };
+  std::vector<std::uint64_t> packed(rays.size() * contract::RayRecord::kWords);
+  for (std::size_t i = 0; i < rays.size(); ++i) rays[i].pack(&packed[i * contract::RayRecord::kWords]);
+  const auto memory = to_words(image), ray_words = to_words(packed);
+  std::vector<hls::word_t> hits(rays.size()), work(rays.size());
+  ap_uint<64> summary[kSummaryWords];
+  retrace_trace(memory.data(), memory.data(), memory.data(), memory.data(), ray_words.data(), hits.data(), work.data(),
+                summary, static_cast<unsigned>(image.size() / MemoryImage::kLineWords),
+                static_cast<unsigned>(rays.size()), options);
+  EXPECT_EQ(summary[kSummaryStatus].to_uint64(), 0u);
+  std::vector<contract::HitRecord> result;
+  for (const hls::word_t& word : hits) {
+    const hls::word_t high = word >> 64;
+    const std::uint64_t raw[2] = {ap_uint<64>(word).to_uint64(), ap_uint<64>(high).to_uint64()};
+    result.push_back(contract::HitRecord::unpack(raw));
+  }
+  return result;
+}
+
+constexpr unsigned kModes[] = {0, RETRACE_OPTION_PARENT_LINKS, RETRACE_OPTION_MAILBOX,
+                               RETRACE_OPTION_PARENT_LINKS | RETRACE_OPTION_MAILBOX | RETRACE_OPTION_WORK};
+
+TEST_P(TwoLevels, the_kernel_says_what_the_walk_says) {
+  const std::uint64_t seed = test_seed();
+  Random random(seed + 3);
+  const auto [instances, cells] = GetParam();
+  const World world = make_world(random, static_cast<std::size_t>(instances), cells);
+  const auto image = assemble_two_levels(world.scene);
+  std::vector<contract::RayRecord> rays;
+  for (int i = 0; i < rays_of_a_test() / 10; ++i) {
+    const auto instance = static_cast<std::uint32_t>(random.below(world.placed.size()));
+    auto ray = make_ray(random_origin(world, random), random_target(world, instance, random), random);
+    if (random.chance(8))
+      ray.t_max = static_cast<std::uint32_t>(random.below(std::uint64_t{3} << contract::kTLimitFrac));
+    if (random.chance(50)) ray.origin[0] = (1 << 24) + 1;
+    if (random.chance(4)) ray.any = 1;
+    rays.push_back(ray);
+  }
+  for (const unsigned options : kModes) {
+    const auto hits = run_kernel(image, rays, options);
+    int found = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      std::uint32_t status = 0;
+      const TwoLevelHit truth = trace_two_levels(world.scene, rays[i], nullptr, &status);
+      ASSERT_EQ(hits[i].status, status) << "seed " << seed << " ray " << i << " options " << options;
+      if (!truth.hit) continue;
+      ++found;
+      ASSERT_EQ(hits[i].t, truth.t) << "seed " << seed << " ray " << i << " options " << options;
+      ASSERT_EQ(hits[i].id, world.scene.instances[truth.instance].first_id + truth.id)
+          << "seed " << seed << " ray " << i << " options " << options;
+    }
+    EXPECT_GT(found, static_cast<int>(rays.size()) / 2);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, TwoLevels, testing::Values(std::pair{1, 4}, std::pair{12, 6}, std::pair{100, 4}),
+                         [](const auto& info) { return std::to_string(info.param.first); });
+
+TEST(TwoLevel, corrupt_instances_are_bad_records_or_misses_and_never_hang) {
+  const std::uint64_t seed = test_seed();
+  Random random(seed);
+  const World world = make_world(random, 12, 2);
+  int bad = 0;
+  for (int i = 0; i < 4000; ++i) {
+    World broken = world;
+    const auto number = random.below(broken.scene.instances.size());
+    std::uint64_t words[contract::InstanceRecord::kWords];
+    broken.scene.instances[number].pack(words);
+    for (auto flips = 1 + random.below(4); flips > 0; --flips) {
+      const auto bit = random.below(288 + 102 + 15);  // rows and exponents; roots are checked with the image
+      words[bit / 64] ^= std::uint64_t{1} << (bit % 64);
+    }
+    broken.scene.instances[number] = contract::InstanceRecord::unpack(words);
+    const auto ray = make_ray(random_origin(world, random),
+                              random_target(world, static_cast<std::uint32_t>(number), random), random);
+    std::uint32_t status = 0;
+    const TwoLevelHit hit = trace_two_levels(broken.scene, ray, nullptr, &status);
+    bad += status == static_cast<std::uint32_t>(contract::kStatusBadRecord);
+    ASSERT_EQ(hit.hit, status == static_cast<std::uint32_t>(contract::kStatusHit));
+  }
+  EXPECT_GT(bad, 20);
+}
+
+TEST(TwoLevel, a_corrupt_image_ends_every_ray_of_the_kernel) {
+  const std::uint64_t seed = test_seed();
+  Random random(seed + 4);
+  const World world = make_world(random, 12, 2);
+  const auto image = assemble_two_levels(world.scene);
+  std::vector<contract::RayRecord> rays;
+  for (int i = 0; i < 40; ++i)
+    rays.push_back(make_ray(random_origin(world, random),
+                            random_target(world, static_cast<std::uint32_t>(random.below(world.placed.size())), random),
+                            random));
+  std::array<int, 16> statuses{};
+  const auto header = contract::HeaderRecord::unpack(image.data());
+  for (int i = 0; i < 400; ++i) {
+    auto broken = image;
+    for (auto flips = 1 + random.below(16); flips > 0; --flips) {
+      // Anywhere behind the header, and as often in the instance records.
+      const std::uint64_t first = (random.chance(2) ? header.instance_offset : 2) * MemoryImage::kLineWords;
+      broken[first + random.below(broken.size() - first)] ^= std::uint64_t{1} << random.below(64);
+    }
+    for (const auto& hit : run_kernel(broken, rays, kModes[random.below(std::size(kModes))])) ++statuses[hit.status];
+  }
+  for (const auto status :
+       {contract::kStatusMiss, contract::kStatusHit, contract::kStatusBadIndex, contract::kStatusBadRecord})
+    EXPECT_GT(statuses[static_cast<std::size_t>(status)], 0) << status;
+}
+
+TEST(TwoLevel, what_cannot_be_an_instance_is_refused) {
+  Random random(test_seed());
+  std::vector<GridScene> objects{make_object("box", 2, random)};
+  std::vector<PlacedObject> placed{{0, {}}};
+  EXPECT_THROW(build_two_levels(objects, std::vector<PlacedObject>{{1, {}}}), Error);
+  placed[0].to_world.linear = glm::dmat3(0.0);
+  EXPECT_THROW(build_two_levels(objects, placed), Error);
+  EXPECT_EQ(build_two_levels(objects, {}).top.header().triangle_count, 0u);
+}
+
+}  // namespace
+}  // namespace retrace
