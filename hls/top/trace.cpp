@@ -463,6 +463,17 @@ extern "C" void retrace_trace(const retrace::hls::word_t* pairs, const retrace::
                               ap_uint<64>* summary, ap_uint<32> image_lines, ap_uint<32> ray_count,
                               ap_uint<8> options) {
   using namespace retrace::hls;
+// clang-format off
+#if defined(__BAMBU__)  // one master a port: words of different widths never share one
+#pragma HLS interface mode=m_axi port=pairs offset=direct bundle=bus_pairs
+#pragma HLS interface mode=m_axi port=leaves offset=direct bundle=bus_leaves
+#pragma HLS interface mode=m_axi port=list offset=direct bundle=bus_list
+#pragma HLS interface mode=m_axi port=triangles offset=direct bundle=bus_triangles
+#pragma HLS interface mode=m_axi port=rays offset=direct bundle=bus_rays
+#pragma HLS interface mode=m_axi port=hits offset=direct bundle=bus_hits
+#pragma HLS interface mode=m_axi port=work offset=direct bundle=bus_work
+#pragma HLS interface mode=m_axi port=summary offset=direct bundle=bus_summary
+#else
   RT_MEMORY(pairs, gmem_pairs, RETRACE_COSIM_IMAGE_WORDS)
   RT_MEMORY(leaves, gmem_leaves, RETRACE_COSIM_IMAGE_WORDS)
   RT_MEMORY(list, gmem_leaves, RETRACE_COSIM_IMAGE_WORDS)
@@ -474,7 +485,9 @@ extern "C" void retrace_trace(const retrace::hls::word_t* pairs, const retrace::
   RT_CONTROL(image_lines)
   RT_CONTROL(ray_count)
   RT_CONTROL(options)
-  RT_CONTROL(return )
+  RT_CONTROL(return)
+#endif
+  // clang-format on
 
   ap_uint<64> totals[kSummaryWords];
 CLEAR_TOTALS:
