@@ -15,10 +15,15 @@ any, 2 if something could not be parsed. Rules:
   library    any other function from outside the sources and the given include folders
   stream     a stream operation other than blocking read() and write()
   macro      macros W, I, S, N, W2, I2, S2, N2, which break headers
+  pragma     a directive that Bambu would see (with __BAMBU__ defined) and cannot take: out of a macro by _Pragma, in a template, anything but
+             `interface mode=axis port=P` and `interface mode=m_axi port=P offset=direct ...`
+  narrow     a variable narrower than the word whose shift it takes, and then or-ed: it loses bits in Bambu's hardware
+  width      a stream of anything but ap_uint of a power of two bytes, or of exactly 32 bits
 """
 import argparse
 import ctypes
 import os
+import re
 import sys
 
 try:
@@ -44,6 +49,39 @@ DYNAMIC = {K.CXX_TYPEID_EXPR: "typeid", K.CXX_DYNAMIC_CAST_EXPR: "dynamic_cast",
 JUMPS = {K.WHILE_STMT: "while loop", K.DO_STMT: "do loop", K.CXX_FOR_RANGE_STMT: "range-based for loop; write its bound", K.GOTO_STMT: "goto",
          K.INDIRECT_GOTO_STMT: "computed goto"}
 MACROS = {"W", "I", "S", "N", "W2", "I2", "S2", "N2"}
+
+
+DIRECTIVE = re.compile(r"interface (mode=axis port=\w+|mode=m_axi port=\w+ offset=direct( \w+=\w+)*)$")
+WIDTH = re.compile(r"(?:const )?(?:struct |class )?ap_(u?)int<(\d+)>$")
+STREAM = re.compile(r"hls::stream<(?:struct |class )?(ap_uint<(\d+)>|.*?)(?:, \d+)?>$")
+
+
+def seen_by_bambu(lines):
+    """Which lines its preprocessor keeps, as far as conditions on __BAMBU__ and __SYNTHESIS__ decide it; what others decide may be kept."""
+    def value(condition):
+        text = re.sub(r"defined\s*\(?\s*__BAMBU__\s*\)?", "True", condition)
+        text = re.sub(r"defined\s*\(?\s*__SYNTHESIS__\s*\)?", "False", text)
+        text = text.split("//")[0].replace("&&", " and ").replace("||", " or ").replace("!", " not ")
+        return eval(text) if re.fullmatch(r"(True|False|and|or|not|[\s()])+", text) else None  # of these words only
+
+    stack, kept = [], []  # an entry: does this branch stay, has one been taken for sure
+    for line in lines:
+        match = re.match(r"\s*#\s*(ifdef|ifndef|if|elif|else|endif)\b(.*)", line)
+        if match:
+            word, condition = match.groups()
+            name = condition.split("//")[0].strip()
+            if word in ("ifdef", "ifndef"):
+                condition, word = "defined(%s)" % name if word == "ifdef" else "!defined(%s)" % name, "if"
+            if word == "if":
+                known = value(condition)
+                stack.append([known is not False, known is True])
+            elif word == "endif" and stack:
+                stack.pop()
+            elif stack:
+                known = True if word == "else" else value(condition)
+                stack[-1] = [not stack[-1][1] and known is not False, stack[-1][1] or known is True]
+        kept.append(all(stays for stays, _ in stack))
+    return kept
 
 
 def declare_evaluation(lib):
@@ -98,6 +136,7 @@ class Checker:
         self.files = set()
         self.done = set()    # files checked with an earlier translation unit
         self.loops = 0
+        self.templates = []  # (file, first line, last line) of every template
         self.real, self.std = {}, {}
 
     def path(self, cursor):
@@ -257,9 +296,67 @@ class Checker:
                 self.report(child, "loop", "the body changes '%s' or hands it out" % variable.spelling)
             self.check_untouched(child if child.kind != K.PAREN_EXPR else child, cursor, variable)
 
+    # ---------------------------------------------------------------------------------------------- directives, widths
+    def check_directives(self, path):
+        with open(path, encoding="utf-8") as file:
+            lines = file.read().replace("\\\n", "\\ ").splitlines()
+        for number, (line, seen) in enumerate(zip(lines, seen_by_bambu(lines)), 1):
+            where = lambda rule, what, at=0: self.findings.add((os.path.relpath(path), number, at + 1, rule, what))
+            code = re.sub(r"//.*|\"(\\.|[^\"\\])*\"", "", line)
+            match = re.match(r"\s*#\s*pragma\s+HLS\s+(.*?)\s*$", code)
+            if match and any(file == path and first <= number <= last for file, first, last in self.templates):
+                where("pragma", "a directive in a template")
+            elif seen and match and not DIRECTIVE.match(match.group(1)):
+                where("pragma", "Bambu does not take '%s'" % match.group(1))
+            elif seen and re.search(r"\b_Pragma\b", code):
+                where("pragma", "a directive out of a macro, which Bambu's front end does not associate", code.index("_Pragma"))
+
+    def width(self, cursor_type):
+        match = WIDTH.match(cursor_type.get_canonical().spelling.replace(" &", ""))
+        return int(match.group(2)) if match else None
+
+    def check_narrow(self, function):
+        """Variables of a function that take a shifted word wider than they are and are operands of an or."""
+        narrow, joined = {}, set()
+        for cursor in function.walk_preorder():
+            children = list(cursor.get_children())
+            if cursor.kind == K.VAR_DECL and children:
+                target, source = cursor, children[-1]
+            elif cursor.kind == K.CALL_EXPR and cursor.spelling == "operator=" and len(children) == 3:
+                target, source = strip(children[0]).referenced, children[-1]
+            elif cursor.kind == K.CALL_EXPR and cursor.spelling in ("operator|", "operator|="):
+                joined |= {c.referenced.hash for c in cursor.walk_preorder() if c.kind == K.DECL_REF_EXPR and c.referenced is not None}
+                continue
+            else:
+                continue
+            mine = self.width(target.type) if target is not None and target.kind == K.VAR_DECL else None
+            shifts = [c for c in source.walk_preorder() if c.kind == K.CALL_EXPR and c.spelling == "operator>>"] if mine else []
+            for shift in shifts:
+                widths = [self.width(c.type) for c in shift.walk_preorder() if c.kind == K.DECL_REF_EXPR and self.width(c.type)]
+                if widths and max(widths) > mine:
+                    narrow[target.hash] = (cursor, target.spelling, mine, max(widths))
+        for key, (cursor, name, mine, theirs) in narrow.items():
+            if key in joined:
+                self.report(cursor, "narrow", "'%s' has %d bits, takes a shift of %d, and is or-ed; widen it and narrow at the end" % (name, mine, theirs))
+
+    def check_stream(self, cursor):
+        match = STREAM.match(self.bare(cursor.type).get_canonical().spelling)
+        if match and not (match.group(2) and self.good_stream(int(match.group(2)))):
+            self.report(cursor, "width", "a stream of %s: make it ap_uint of a power of two bytes, not 32 bits" % match.group(1))
+
+    @staticmethod
+    def good_stream(bits):
+        return bits >= 8 and bits & (bits - 1) == 0 and bits != 32
+
     # ---------------------------------------------------------------------------------------------- the walk
     def visit(self, cursor, function):
         kind = cursor.kind
+        if kind in (K.FUNCTION_TEMPLATE, K.CLASS_TEMPLATE, K.CLASS_TEMPLATE_PARTIAL_SPECIALIZATION):
+            self.templates.append((self.path(cursor), cursor.extent.start.line, cursor.extent.end.line))
+        if kind in FUNCTIONS and cursor.is_definition():
+            self.check_narrow(cursor)
+        if kind in (K.VAR_DECL, K.PARM_DECL, K.FIELD_DECL):
+            self.check_stream(cursor)
         if kind in FUNCTIONS:
             usr = cursor.get_usr()
             if cursor.is_definition():
@@ -323,6 +420,9 @@ class Checker:
                     self.report(cursor, "macro", "'%s' breaks headers that use it as a template parameter" % cursor.spelling)
             elif not cursor.kind.is_preprocessing():
                 self.visit(cursor, None)
+        for path in seen - self.done:
+            if os.path.isfile(path):  # not the one that only includes all sources
+                self.check_directives(path)
         self.done |= seen
         return True
 

@@ -5,8 +5,10 @@
 
 extern "C" void kd_backtrack_top(hls::stream<retrace::hls::kd_backtrack_in_word_t>& in,
                                  hls::stream<retrace::hls::kd_backtrack_out_word_t>& out) {
-  RT_AXIS(in)
-  RT_AXIS(out)
+  // clang-format off
+#pragma HLS interface mode=axis port=in
+#pragma HLS interface mode=axis port=out
+  // clang-format on
   RT_FREE_RUNNING
   RT_PIPELINE(1)
   const retrace::hls::kd_backtrack_in_word_t input = in.read();

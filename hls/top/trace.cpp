@@ -4,6 +4,8 @@
 // Source: Lee 2007 (dedicated kd-backtrack traversal with parent links); Foley & Sugerman 2005.
 #include "trace.hpp"
 
+#include "image_view.hpp"
+
 #include "../stages/hit_finish.hpp"
 #include "../stages/instance_enter.hpp"
 #include "../stages/kd_backtrack.hpp"
@@ -21,19 +23,8 @@ static const int kPhaseTest = 2;    // one reference of the leaf
 static const int kPhaseUp = 3;      // one parent link
 static const int kPhaseFinish = 4;  // write the hit
 
-static const int kLineWords = 4;                              // 128-bit words in a 64-byte line
 static const unsigned long long kMaxIterations = 1ULL << 48;  // a static bound; 32 days at 100 MHz
 typedef ap_uint<contract::kPositionBits> size_code_t;         // the bits of a leaf's split
-typedef ap_uint<34> address_t;                                // word address: lines are counted in 32 bits
-
-// What the header says, as the walk needs it.
-struct image_view {
-  ap_uint<32> pair_offset, leaf_offset, list_offset, triangle_offset;
-  ap_uint<32> pair_count, leaf_count, list_count, triangle_count;
-  ap_uint<32> instance_offset, instance_count;  // no instances in an image of one level
-  ap_uint<32> step_limit;
-  position_t box[6];
-};
 
 struct context {
   phase_t phase;
@@ -83,73 +74,6 @@ struct context {
   ap_uint<4> mail_used;
   work_record work;
 };
-
-// Is a section of `count` records of `size` bytes inside the image, and can an index of `index_bits` bits name every record?
-inline flag_t section_fits(const ap_uint<32>& offset, const ap_uint<32>& count, int size, int index_bits,
-                           const ap_uint<32>& lines) {
-  RT_INLINE
-  const ap_uint<32> most = 1u << index_bits;
-  ap_uint<40> bytes = count;
-  bytes *= ap_uint<8>(size);
-  ap_uint<40> end = bytes;
-  end += 63;
-  end >>= 6;
-  end += offset;
-  return flag_t(end <= lines) & flag_t(count <= most);
-}
-
-inline int read_header(const word_t* pairs, const ap_uint<32>& image_lines, image_view& view) {
-  if (image_lines < contract::kHeaderBytes / 64) return kFaultLayout;
-  word_t words[kHeaderWords];
-HEADER:
-  for (int i = 0; i < kHeaderWords; ++i) {
-    RT_PIPELINE(1)
-    words[i] = pairs[i];
-  }
-  const header_record header = unpack_header(words);
-  const flag_t two_levels = header.version == contract::kImageVersionTwoLevels;
-  if (header.magic != contract::kImageMagic || (header.version != contract::kImageVersion && !two_levels))
-    return kFaultHeader;
-  view.pair_offset = header.pair_offset;
-  view.leaf_offset = header.leaf_offset;
-  view.list_offset = header.list_offset;
-  view.triangle_offset = header.triangle_offset;
-  view.pair_count = header.pair_count;
-  view.leaf_count = header.leaf_count;
-  view.list_count = header.list_count;
-  view.triangle_count = header.triangle_count;
-  view.instance_offset = 0;
-  view.instance_count = 0;
-  if (two_levels) {
-    view.instance_offset = header.instance_offset;
-    view.instance_count = header.instance_count;
-  }
-  view.step_limit = header.step_limit;
-BOX:
-  for (int face = 0; face < 6; ++face) {
-    RT_UNROLL
-    view.box[face] = header.box[face];
-  }
-  const flag_t fits =
-      section_fits(view.pair_offset, view.pair_count, contract::kNodePairBytes, contract::kPairIndexBits, image_lines) &
-      section_fits(view.leaf_offset, view.leaf_count, contract::kLeafBytes, contract::kPairIndexBits, image_lines) &
-      section_fits(view.list_offset, view.list_count, 4, contract::kListIndexBits, image_lines) &
-      section_fits(view.triangle_offset, view.triangle_count, contract::kTriangleBytes, contract::kTriangleIndexBits,
-                   image_lines) &
-      section_fits(view.instance_offset, view.instance_count, contract::kInstanceBytes, contract::kTriangleIndexBits,
-                   image_lines);
-  return fits ? kFaultNone : kFaultLayout;
-}
-
-inline address_t word_address(const ap_uint<32>& offset, const ap_uint<32>& index, int stride) {
-  RT_INLINE
-  address_t address = offset;
-  address *= ap_uint<3>(kLineWords);
-  address_t within = index;
-  within *= ap_uint<3>(stride);
-  address += within;
-  return address;
-}
 
 inline void fail(context& c, int status) {
   RT_INLINE
@@ -649,6 +573,17 @@ extern "C" void retrace_trace(const retrace::hls::word_t* pairs, const retrace::
                               ap_uint<64>* summary, ap_uint<32> image_lines, ap_uint<32> ray_count,
                               ap_uint<8> options) {
   using namespace retrace::hls;
+// clang-format off
+#if defined(__BAMBU__)  // one master a port: words of different widths never share one
+#pragma HLS interface mode=m_axi port=pairs offset=direct bundle=bus_pairs
+#pragma HLS interface mode=m_axi port=leaves offset=direct bundle=bus_leaves
+#pragma HLS interface mode=m_axi port=list offset=direct bundle=bus_list
+#pragma HLS interface mode=m_axi port=triangles offset=direct bundle=bus_triangles
+#pragma HLS interface mode=m_axi port=rays offset=direct bundle=bus_rays
+#pragma HLS interface mode=m_axi port=hits offset=direct bundle=bus_hits
+#pragma HLS interface mode=m_axi port=work offset=direct bundle=bus_work
+#pragma HLS interface mode=m_axi port=summary offset=direct bundle=bus_summary
+#else
   RT_MEMORY(pairs, gmem_pairs, RETRACE_COSIM_IMAGE_WORDS)
   RT_MEMORY(leaves, gmem_leaves, RETRACE_COSIM_IMAGE_WORDS)
   RT_MEMORY(list, gmem_leaves, RETRACE_COSIM_IMAGE_WORDS)
@@ -660,7 +595,9 @@ extern "C" void retrace_trace(const retrace::hls::word_t* pairs, const retrace::
   RT_CONTROL(image_lines)
   RT_CONTROL(ray_count)
   RT_CONTROL(options)
-  RT_CONTROL(return )
+  RT_CONTROL(return)
+#endif
+  // clang-format on
 
   ap_uint<64> totals[kSummaryWords];
 CLEAR_TOTALS:

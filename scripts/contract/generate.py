@@ -214,8 +214,9 @@ def emit_hls(c):
                 else:
                     (w0, b0, _, _), (w1, _, _, d1) = parts
                     tmp = f"{f['name']}{i}"
-                    out.append(f"  ap_uint<{f['width']}> {tmp}_low = w{w0} >> {b0};")
-                    out.append(f"  ap_uint<{f['width']}> {tmp}_high = w{w1};")
+                    # As wide as the word they come from: Bambu loses bits of a narrower one.
+                    out.append(f"  ap_uint<64> {tmp}_low = w{w0} >> {b0};")
+                    out.append(f"  ap_uint<64> {tmp}_high = w{w1};")
                     out.append(f"  {tmp}_high <<= {d1};")
                     out.append(f"  {tmp}_low |= {tmp}_high;")
                     out.append(f"  {target} = {tmp}_low;")
@@ -226,7 +227,7 @@ def emit_hls(c):
             for i in range(f["count"]):
                 index = f"[{i}]" if f["count"] > 1 else ""
                 tmp = f"{f['name']}{i}"
-                out.append(f"  const ap_uint<{f['width']}> {tmp} = r.{f['name']}{index};")
+                out.append(f"  const ap_uint<64> {tmp} = ap_uint<{f['width']}>(r.{f['name']}{index});")
                 for word, bit, size, done in slices(f["lsb"] + i * f["width"], f["width"]):
                     piece = f"{tmp}_{done}"
                     src = f"{tmp} >> {done}" if done else tmp
@@ -245,8 +246,9 @@ def emit_hls(c):
 
 
 def emit_stream(name, bits, words):
-    """Conversion between a record and the one wide word in which it travels on a stream."""
-    out = [f"typedef ap_uint<{bits}> {name}_word_t;", f"inline {name}_record read_{name}(const {name}_word_t& bits) {{",
+    """Conversion between a record and the one wide word in which it travels on a stream, of 64 bits at least: Bambu's comparison of outputs is
+    wrong for exactly 32."""
+    out = [f"typedef ap_uint<{max(bits, 64)}> {name}_word_t;", f"inline {name}_record read_{name}(const {name}_word_t& bits) {{",
            f"  word_t words[{words}];"]
     for w in range(words):
         out.append(f"  words[{w}] = bits >> {128 * w};" if w else "  words[0] = bits;")

@@ -1,4 +1,4 @@
-// Runs retrace_trace over blocks of rays in parallel; every block is a run of the kernel of its own.
+// Runs retrace_trace or retrace_ring over blocks of rays in parallel; every block is a run of the kernel of its own.
 #include "csim_engine.hpp"
 
 #include <tbb/blocked_range.h>
@@ -12,6 +12,7 @@
 
 #include "golden/engine/hit_codec.hpp"
 #include "golden/engine/registry.hpp"
+#include "hls/ring/ring.hpp"
 #include "hls/top/trace.hpp"
 #include "watched_trace.hpp"
 
@@ -21,7 +22,9 @@ namespace {
 using hls::word_t;
 constexpr std::size_t kBlock = 4096;  // rays a kernel run
 static_assert(sizeof(word_t) == 16, "C simulation maps memory words onto ap_uint<128>");
-static_assert(kCsimMailbox == RETRACE_MAILBOX);
+static_assert(sizeof(hls::line_t) == 64 && sizeof(hls::token_word_t) == 32 &&
+              alignof(hls::line_t) <= alignof(std::uint64_t));
+static_assert(kCsimMailbox == RETRACE_MAILBOX && kCsimMailbox == RETRACE_RING_MAILBOX);
 
 /// The image is handed to the kernel without a copy; this checks that ap_uint<128> is two little-endian 64-bit words
 /// here.
@@ -37,7 +40,9 @@ void check_word_layout() {
 
 class Simulation final : public CsimEngine {
  public:
-  explicit Simulation(std::span<const std::uint64_t> image) : image_(image) { check_word_layout(); }
+  Simulation(std::span<const std::uint64_t> image, CsimKernel kernel) : image_(image), kernel_(kernel) {
+    check_word_layout();
+  }
 
   std::string name() const override { return "csim"; }
   std::span<const std::uint64_t> raw_hits() const override { return raw_hits_; }
@@ -116,9 +121,17 @@ class Simulation final : public CsimEngine {
     const auto* image = reinterpret_cast<const word_t*>(image_.data());
     Summary summary;
     const int bits = option_bits(options) | (work.empty() ? 0 : RETRACE_OPTION_WORK);
-    retrace_trace(image, image, image, image, reinterpret_cast<const word_t*>(ray_words.data()),
-                  reinterpret_cast<word_t*>(hit_words.data()), reinterpret_cast<word_t*>(work_words.data()),
-                  summary.data(), image_.size() / MemoryImage::kLineWords, inside.size(), bits);
+    auto* hit_memory = reinterpret_cast<word_t*>(hit_words.data());
+    auto* work_memory = reinterpret_cast<word_t*>(work_words.data());
+    const auto lines = image_.size() / MemoryImage::kLineWords;
+    if (kernel_ == CsimKernel::kBarrel) {
+      retrace_trace(image, image, image, image, reinterpret_cast<const word_t*>(ray_words.data()), hit_memory,
+                    work_memory, summary.data(), lines, inside.size(), bits);
+    } else {
+      const auto* image_lines = reinterpret_cast<const hls::line_t*>(image_.data());
+      retrace_ring(image, image_lines, image, image_lines, reinterpret_cast<const hls::token_word_t*>(ray_words.data()),
+                   hit_memory, work_memory, summary.data(), lines, inside.size(), bits);
+    }
     check_fault(summary);
 
     std::fill(hits.begin(), hits.end(), Hit{});
@@ -138,6 +151,7 @@ class Simulation final : public CsimEngine {
   }
 
   std::span<const std::uint64_t> image_;
+  CsimKernel kernel_;
   std::vector<std::uint64_t> raw_hits_;
   CsimTotals totals_;
   std::mutex mutex_;
@@ -145,12 +159,12 @@ class Simulation final : public CsimEngine {
 
 }  // namespace
 
-std::unique_ptr<CsimEngine> make_csim_engine(const MemoryImage& image) {
-  return std::make_unique<Simulation>(image.words());
+std::unique_ptr<CsimEngine> make_csim_engine(const MemoryImage& image, CsimKernel kernel) {
+  return std::make_unique<Simulation>(image.words(), kernel);
 }
 
-std::unique_ptr<CsimEngine> make_csim_engine(std::span<const std::uint64_t> image_words) {
-  return std::make_unique<Simulation>(image_words);
+std::unique_ptr<CsimEngine> make_csim_engine(std::span<const std::uint64_t> image_words, CsimKernel kernel) {
+  return std::make_unique<Simulation>(image_words, kernel);
 }
 
 EngineKind csim_engine_kind() {

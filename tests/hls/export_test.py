@@ -216,6 +216,9 @@ def compile_(work, arguments):
         text = run(["clang++", "-std=c++17", "-E", "-P", "-I", vendor, flag, os.path.join(where, "hls/top/trace.cpp")], elsewhere).stdout
         return re.findall(r"^#pragma HLS (.*)$", text, re.M)
 
+    # The interfaces of the stages stand in the source as they are, also for Bambu.
+    literal = [re.findall(r"^#pragma HLS (.*)$", read(os.path.join(where, source)), re.M) for source in SOURCES[:-1]]
+    check(all(lines == ["interface mode=axis port=in", "interface mode=axis port=out"] for lines in literal), "the stages' interfaces are literal directives", str(literal))
     masters = "pairs leaves list triangles rays hits work summary".split()
     bambu, synthesis = directives("-D__BAMBU__"), directives("-D__SYNTHESIS__")
     check(bambu == ["interface mode=m_axi port=%s offset=direct bundle=bus_%s" % (port, port) for port in masters], "Bambu sees the masters, offset=direct, and nothing else", str(bambu))
@@ -312,6 +315,9 @@ def scripts(work, _):
         there = [os.path.join(where, "build/bambu_" + top, path) for path in paths]
         good = len(there) == 2 and all(os.path.isfile(path) for path in there) and re.search(r'^extern "C" void %s\(' % function, read(there[0]), re.M)
         check(bool(good), "make bambu-%s" % top, line)
+
+    every = run(["make", "-s", "bambu", "BAMBU=echo"], where).stdout
+    check(re.findall(r"--top-fname=(\w+)", every) == [stage + "_top" for stage in STAGES] + ["retrace_trace"], "make bambu: every top", every)
 
     host = {name.lower(): int(value, 16) for name, value in re.findall(r"^#define RETRACE_KERNEL_(\w+) (0x[0-9a-f]+)", read(os.path.join(where, "host/retrace_kernel.h")), re.M)}
     rule = registers(where)

@@ -8,7 +8,7 @@ import sys
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
 CHECK = [sys.executable, os.path.join(ROOT, "scripts", "hls_subset.py")]
-RULES = {"recursion", "heap", "virtual", "loop", "float", "std", "library", "stream", "macro"}
+RULES = {"recursion", "heap", "virtual", "loop", "float", "std", "library", "stream", "macro", "pragma", "narrow", "width"}
 
 
 def main():

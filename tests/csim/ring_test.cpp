@@ -1,0 +1,253 @@
+// The ring of tasks: the same hits, work and totals as the barrel bit for bit, whatever the image and the order of the tasks; and no deadlock at
+// the least depths of its streams, but one below them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "golden/base/error.hpp"
+#include "golden/tree/kd_builder.hpp"
+#include "scenes/open_scene.hpp"
+#include "testbench/csim/csim_engine.hpp"
+#include "testbench/csim/ring_run.hpp"
+#include "testbench/kit/test_rays.hpp"
+
+namespace retrace {
+namespace {
+
+struct Case {
+  GridScene scene;
+  MemoryImage image;
+  std::vector<GridRay> rays;
+
+  explicit Case(const std::string& name, std::size_t count, std::uint64_t seed) {
+    scene = snap(flatten(open_scene(name)));
+    image = build_kd(scene);
+    Random random(seed);
+    rays = make_test_rays(scene, image, count, random);
+  }
+};
+
+/// Both kernels over the same words and rays: hits, work and totals.
+void expect_same(std::span<const std::uint64_t> words, std::span<const GridRay> rays, TraceOptions options,
+                 const std::string& what, std::array<int, 8>* seen = nullptr, std::uint32_t contexts = 24) {
+  std::array<std::vector<Hit>, 2> hits;
+  std::array<std::vector<RayWork>, 2> work;
+  std::array<std::vector<std::uint64_t>, 2> raw;
+  std::array<CsimTotals, 2> totals;
+  options.threads = 1;  // the settings of the ring are those of this thread
+  RingRun::of_thread().settings.contexts = contexts;
+  if (contexts < RETRACE_RING_CONTEXTS) RingRun::of_thread().settings.depth = contexts;
+  for (const int ring : {0, 1}) {
+    auto engine = make_csim_engine(words, ring ? CsimKernel::kRing : CsimKernel::kBarrel);
+    hits[ring].resize(rays.size());
+    work[ring].resize(rays.size());
+    engine->trace(rays, hits[ring], work[ring], options);
+    raw[ring].assign(engine->raw_hits().begin(), engine->raw_hits().end());
+    totals[ring] = engine->totals();
+  }
+  RingRun::of_thread().settings = {};
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    ASSERT_TRUE(raw[0][2 * i] == raw[1][2 * i] && raw[0][2 * i + 1] == raw[1][2 * i + 1])
+        << what << " ray " << i << " status " << hits[0][i].status << " and " << hits[1][i].status;
+    const auto counts = [&](int ring) {
+      const RayWork& w = work[ring][i];
+      return std::array{w.down, w.up, w.leaf, w.tests, w.skipped};
+    };
+    ASSERT_EQ(counts(0), counts(1)) << what << " ray " << i;
+    if (seen) ++(*seen)[hits[1][i].status];
+  }
+  const auto list = [](const CsimTotals& t) {
+    return std::array{t.rays, t.faults, t.down, t.up, t.leaf, t.tests, t.skipped, t.steps};
+  };
+  EXPECT_EQ(list(totals[0]), list(totals[1])) << what;
+}
+
+void every_mode(std::span<const std::uint64_t> words, std::span<const GridRay> rays, const std::string& what) {
+  for (const WayUp way : {WayUp::kParentLinks, WayUp::kFaceLinks})
+    for (const int mailbox : {0, kCsimMailbox}) {
+      TraceOptions options;
+      options.way_up = way;
+      options.mailbox = mailbox;
+      expect_same(words, rays, options, what + " mailbox " + std::to_string(mailbox));
+    }
+}
+
+TEST(Ring, gives_the_bits_of_the_barrel_on_every_scene) {
+  const std::uint64_t seed = test_seed();
+  for (const char* name :
+       {"box", "sphere:cells=12", "knot:along=60,around=8", "field:count=24,cells=2", "needles:count=300",
+        "slivers:count=300", "coincident:cells=6", "degenerate:count=120", "one", "none", "room:detail=0.03"}) {
+    const Case c(name, 450, seed);
+    every_mode(c.image.words(), c.rays, std::string(name) + " seed " + std::to_string(seed));
+  }
+}
+
+TEST(Ring, gives_the_bits_of_the_barrel_as_declared) {
+  const std::uint64_t seed = test_seed();
+  const Case c("knot:along=60,around=8", 600, seed);
+  expect_same(c.image.words(), c.rays, {}, "seed " + std::to_string(seed), nullptr, RETRACE_RING_CONTEXTS);
+}
+
+TEST(Ring, corrupt_images_and_step_limits_end_in_the_barrels_status) {
+  const std::uint64_t seed = test_seed();
+  Random random(seed);
+  const Case c("knot:along=24,around=6", 90, seed);
+  std::array<int, 8> seen{};
+  for (int round = 0; round < 80; ++round) {
+    std::vector<std::uint64_t> words(c.image.words().begin(), c.image.words().end());
+    auto header = c.image.header();
+    if (round % 4 == 0) header.step_limit = 1 + static_cast<std::uint32_t>(random.below(40));
+    header.pack(words.data());
+    const std::size_t first = contract::HeaderRecord::kWords;
+    if (round % 4 != 0)
+      for (std::uint64_t flips = 1 + random.below(64); flips > 0; --flips)
+        words[first + random.below(words.size() - first)] ^= std::uint64_t{1} << random.below(64);
+    TraceOptions options;
+    options.way_up = random.chance(2) ? WayUp::kParentLinks : WayUp::kFaceLinks;
+    options.mailbox = random.chance(2) ? kCsimMailbox : 0;
+    expect_same(words, c.rays, options, "seed " + std::to_string(seed) + " round " + std::to_string(round), &seen);
+  }
+  for (const int status : {contract::kStatusMiss, contract::kStatusHit, contract::kStatusStepLimit,
+                           contract::kStatusBadIndex, contract::kStatusBadRecord})
+    EXPECT_GT(seen[status], 0) << "status " << status << " was not met";
+}
+
+TEST(Ring, bad_rays_and_bad_headers) {
+  const Case c("one", 9, test_seed());
+  std::vector<GridRay> rays(2);
+  rays[0].record.origin = {c.scene.box[1] + 1, c.scene.box[2], c.scene.box[4]};
+  rays[0].record.direction = {-(1 << 26), 0, 0};
+  rays[1].record.origin = {c.scene.box[1], c.scene.box[2], c.scene.box[4]};
+  std::array<int, 8> seen{};
+  expect_same(c.image.words(), rays, {}, "bad rays", &seen);
+  EXPECT_EQ(seen[contract::kStatusBadRay], 2);
+
+  std::vector<std::uint64_t> words(c.image.words().begin(), c.image.words().end());
+  words[0] ^= 1;
+  auto engine = make_csim_engine(words, CsimKernel::kRing);
+  std::vector<Hit> hits(c.rays.size());
+  EXPECT_THROW(engine->trace(c.rays, hits, {}, {}), Error);
+}
+
+/// One run of the ring in this thread with settings of its own.
+struct SmallRun {
+  const Case& c;
+  std::vector<std::uint64_t> rays;
+  std::uint32_t count = 0;
+
+  SmallRun(const Case& scene, std::size_t most) : c(scene) {
+    for (const GridRay& ray : c.rays) {
+      if (ray.outside || count == most) continue;
+      rays.resize(rays.size() + contract::RayRecord::kWords);
+      ray.record.pack(&rays[rays.size() - contract::RayRecord::kWords]);
+      ++count;
+    }
+  }
+  std::vector<std::uint64_t> operator()(const RingSettings& settings, int options) const {
+    std::vector<std::uint64_t> hits(2 * count + 2), work(2 * count + 2);
+    std::array<ap_uint<64>, kSummaryWords> summary;
+    const auto* image = reinterpret_cast<const hls::word_t*>(c.image.words().data());
+    const auto* lines = reinterpret_cast<const hls::line_t*>(c.image.words().data());
+    RingRun& run = RingRun::of_thread();
+    run.settings = settings;
+    run.throws = false;
+    retrace_ring(image, lines, image, lines, reinterpret_cast<const hls::token_word_t*>(rays.data()),
+                 reinterpret_cast<hls::word_t*>(hits.data()), reinterpret_cast<hls::word_t*>(work.data()),
+                 summary.data(), c.image.words().size() / MemoryImage::kLineWords, count, options);
+    run.settings = {};
+    run.throws = true;
+    hits.insert(hits.end(), work.begin(), work.end());
+    return hits;
+  }
+};
+
+/// The least depths: one word everywhere, and in `ready` what the tokens need that find no place elsewhere. Between `launch` and `ready` are 10
+/// streams of one word and 10 tasks that hold a token each; while `launch` brings the last one, the others have to stand there or in `ready`.
+constexpr std::uint32_t kPlaces = 20;
+RingSettings least(std::uint32_t contexts, std::uint64_t seed) {
+  RingSettings settings;
+  settings.seed = seed;
+  settings.contexts = contexts;
+  settings.depth = 1;
+  settings.depths["ready"] = contexts > kPlaces ? contexts - kPlaces : 1;
+  return settings;
+}
+
+TEST(Ring, no_order_of_the_tasks_changes_a_bit_or_deadlocks_at_the_least_depths) {
+  const std::uint64_t seed = test_seed();
+  // RETRACE_RING_SCHEDULES=1000000 is the long form.
+  const char* const wanted = std::getenv("RETRACE_RING_SCHEDULES");
+  const std::uint64_t schedules = wanted ? std::strtoull(wanted, nullptr, 0) : 600;
+  const Case box("box", 40, seed), coincident("coincident:cells=2", 40, seed + 1);
+  const std::array<SmallRun, 2> runs{SmallRun(box, 5), SmallRun(coincident, 4)};
+  const int options = RETRACE_OPTION_WORK | RETRACE_OPTION_MAILBOX | RETRACE_OPTION_PARENT_LINKS;
+  std::array<std::vector<std::uint64_t>, 2> expected;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    expected[i] = runs[i]({}, options);
+    ASSERT_EQ(RingRun::of_thread().report.tasks.text, "");
+  }
+  std::uint64_t switches = 0;
+  for (std::uint64_t schedule = 1; schedule <= schedules; ++schedule) {
+    const std::size_t i = schedule % runs.size();
+    const std::uint32_t contexts = schedule % 16 == 0 ? kPlaces + 3 : 1 + schedule % 5;
+    const auto found = runs[i](least(contexts, seed + schedule), options);
+    const RingReport& report = RingRun::of_thread().report;
+    ASSERT_EQ(report.tasks.text, "") << "seed " << seed + schedule << " contexts " << contexts;
+    ASSERT_EQ(found, expected[i]) << "seed " << seed + schedule << " contexts " << contexts;
+    // Tokens: as many words on every stream between launch and result; all but the end come back, and nothing stays.
+    for (const char* name :
+         {"nodes", "stepped", "leaf_lines", "in_leaf", "references", "wanted", "triangle_lines", "candidates"})
+      ASSERT_EQ(report.words.at(name), report.words.at("launched")) << name << " seed " << seed + schedule;
+    ASSERT_EQ(report.words.at("ready") + 1, report.words.at("launched"));
+    for (const char* name :
+         {"ray_words", "setups", "step_rays", "exit_rays", "test_rays", "result_rays", "finished_hits"})
+      ASSERT_EQ(report.words.at(name), runs[i].count + (std::string(name) == "finished_hits")) << name;
+    switches += report.tasks.switches;
+  }
+  std::printf("%llu schedules, %llu switches of tasks, seed %llu\n", static_cast<unsigned long long>(schedules),
+              static_cast<unsigned long long>(switches), static_cast<unsigned long long>(seed));
+}
+
+TEST(Ring, one_word_less_than_the_least_depth_deadlocks_and_the_streams_are_named) {
+  const std::uint64_t seed = test_seed();
+  const Case c("box", 60, seed);
+  const SmallRun run(c, 30);
+  for (const std::uint32_t contexts : {kPlaces + 2, kPlaces + 9}) {
+    for (std::uint64_t schedule = 0; schedule < 20; ++schedule) {
+      RingSettings settings = least(contexts, schedule == 0 ? 0 : seed + schedule);
+      run(settings, 0);
+      EXPECT_EQ(RingRun::of_thread().report.tasks.text, "") << contexts << " tokens, schedule " << schedule;
+      --settings.depths["ready"];
+      run(settings, 0);
+      const auto& tasks = RingRun::of_thread().report.tasks;
+      ASSERT_TRUE(tasks.deadlock) << contexts << " tokens, schedule " << schedule;
+      EXPECT_NE(tasks.text.find("cycle"), std::string::npos) << tasks.text;
+      for (const char* name : {"ready", "launched", "candidates"})
+        EXPECT_NE(std::find(tasks.cycle.begin(), tasks.cycle.end(), name), tasks.cycle.end()) << name << '\n'
+                                                                                              << tasks.text;
+    }
+  }
+}
+
+/// Each stream is needed: without any place, whoever needs it waits, and the report says where.
+TEST(Ring, a_stream_without_room_is_named) {
+  const Case c("box", 60, test_seed());
+  const SmallRun run(c, 3);
+#define RETRACE_RING_NAME(name, word, places, writer, reader) #name,
+  for (const char* name : {RETRACE_RING_STREAMS(RETRACE_RING_NAME)}) {
+    RingSettings settings = least(3, 0);
+    settings.depths[name] = 0;
+    run(settings, RETRACE_OPTION_WORK);
+    const auto& tasks = RingRun::of_thread().report.tasks;
+    EXPECT_TRUE(tasks.deadlock) << name;
+    EXPECT_NE(tasks.text.find(name), std::string::npos) << name << '\n' << tasks.text;
+  }
+}
+
+}  // namespace
+}  // namespace retrace
