@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The PLL of an ECP5 as the tools see it from outside: ports and parameters, no contents.
 //
 // Purpose     Lint and synthesis find the vendor's cell here; place and route knows what is in it (Lattice FPGA-TN-02200). The name is the vendor's.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Joins the core and the link into one AXI4 master for the board's memory.
 //
 // Reads       Round robin between the two; the upper bit of the id (rt_board_pkg::Master*) brings an answer back to who asked.

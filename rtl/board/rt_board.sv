@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A whole board but its clock and pins: core, on-chip memory, serial link, lamps.
 //
 // Purpose     What every board shares; a board's own top (rt_ulx3s) adds pins, clock and reset. Simulated as it is (testbench/sim/board).

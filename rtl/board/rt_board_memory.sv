@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // On-chip memory behind an AXI4 slave: holds image, rays and hits where a board has no other memory.
 //
 // Range       Bytes bytes from Base (a multiple of Bytes, which is a power of two of at least 4096). A burst that begins elsewhere is answered

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the modules of a board share: channels of the memory bus, numbers of the serial link.
 //
 // Purpose     One place for the link's codes; docs/serial-link.md explains them, testbench/driver/link_protocol.hpp has them for the host.

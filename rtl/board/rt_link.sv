@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The board's end of the serial link: carries out the operations of a frame and answers with one. Protocol: docs/serial-link.md.
 //
 // Frames      One at a time: while a frame is carried out and answered, what arrives is dropped (rt_link_rx); the host waits for its answer.

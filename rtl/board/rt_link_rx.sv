@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Takes frames out of a stream of bytes: flags, escapes, check sequence; the bytes go into a buffer.
 //
 // Frame       RFC 1662: Flag, bytes with Escape before a flipped one, CRC-32 (little endian, complement) over them, Flag. One flag may end

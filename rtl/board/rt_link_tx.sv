@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sends one frame: header from registers, data from a buffer, check sequence; with flags and escapes.
 //
 // Frame       Flag, ResponseHeader bytes (Response, sequence, session, status, position), data_bytes_i bytes of the buffer from its

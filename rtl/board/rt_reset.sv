@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reset of a board: synchronised, released only after its causes have been quiet for a while.
 //
 // Rule        rst_no is 0 from the clock after a cause was seen until good_i has been 1 for 2^QuietBits clocks: bounces of a button

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Serial receiver: 8 data bits, no parity, one stop bit.
 //
 // Rate        Divisor clocks a bit, in 256ths; at least 4 clocks. The fraction is carried from bit to bit, so it does not add up over a byte.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Serial sender: 8 data bits, no parity, one stop bit.
 //
 // Rate        Divisor clocks a bit, in 256ths; the fraction is carried on from bit to bit, so no edge is off by a clock or more.

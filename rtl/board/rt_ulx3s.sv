@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // ULX3S with LFE5U-85F: pins, clock and reset around rt_board. Pin sites: constraints/ulx3s.lpf.
 //
 // Clock       25 MHz oscillator through one EHXPLLL to CoreMhz: 25 MHz * multiplier / divider, phase detector at 3.125 MHz or more, oscillator of the

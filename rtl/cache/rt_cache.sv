@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Read-only cache that never makes its users wait: a lookup hits three clocks later, or its waiter is parked and woken later.
 //
 // Lookup      On each of Ports ports: req_* in clock c, answer in clock c + 3 (rsp_valid_o, rsp_hit_o, rsp_data_o). On a miss the waiter is

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Who waits at one port of a cache: for a line, to try again at once, or to try again when a miss register is free.
 //
 // Line        A list for each miss register (MSHR): first and last waiter of each, and who comes after a waiter, in small RAMs. line_* appends to the

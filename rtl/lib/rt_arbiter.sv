@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Round-robin arbiter: merges NumInputs streams into one, with lock.
 //
 // Rule        The first valid input after the one served last wins. A choice that was offered stays until it is accepted (lock), and with

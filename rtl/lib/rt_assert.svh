@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Assertion macros of the core.
 //
 // Purpose     One spelling for interface rules and parameter checks. They use clk_i and rst_ni of the module they stand in.

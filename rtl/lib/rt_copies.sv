@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Copies of a register, one for each region of a part that reads it: no region waits for a wire across the part.
 //
 // Purpose     What reaches everything, such as a reset or the write port of memories that stand far from each other, takes its time on the way;

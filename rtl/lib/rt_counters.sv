@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Counters of a run: every one is 32 bits, cleared by clear_i, adds its increment in every clock while enable_i, wraps.
 //
 // Purpose     Where the clocks of a frame go. One memory of sums with one adder: it visits a counter in each clock, and what has come since the

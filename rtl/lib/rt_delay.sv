@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Delay line: data_o is data_i of Cycles clocks ago. Aligns values with a pipeline that never stalls.
 //
 // Latency     Cycles (0 is a wire). No handshake: validity travels elsewhere (rt_pipe_ctrl).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pipelined exact division of unsigned integers: restoring, BitsPerStep quotient bits a stage.
 //
 // Formula     quot_o = floor(num_i / den_i), rem_o = num_i - quot_o * den_i.

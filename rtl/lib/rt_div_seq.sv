@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sequential exact division of unsigned integers: one restoring step, used for one division at a time.
 //
 // Formula     out_quot_o = floor(in_num_i / in_den_i), out_rem_o = in_num_i - out_quot_o * in_den_i.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // First-in first-out buffer of Depth entries, in registers / distributed RAM or in block RAM.
 //
 // Cuts        valid, data and ready: in_ready_o and out_valid_o are functions of registers only. With BlockRam = 0 the data come from an asynchronous

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Registers on a long wire: they exist for the part, not for the function, so their number is a parameter of the configuration.
 //
 // Latency     Depth; 0 is a wire. Throughput 1 a clock, nothing is held up. Valid bits are cleared by reset, data are not.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Latencies and costs of the library, for whoever instantiates it.
 //
 // Purpose     A module that aligns data with a multiplier or a divider reads the latency here and never repeats a number.

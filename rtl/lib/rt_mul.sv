@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pipelined signed multiplier of registered partial products, each of which fits one 18 x 18 DSP block.
 //
 // Formula     p_o = a_i * b_i, signed, exact, ABits + BBits bits.

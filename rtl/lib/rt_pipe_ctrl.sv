@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Credit control: makes a stream stage out of a datapath that has a fixed latency and never stalls.
 //
 // Purpose     The datapath runs free (no enable, no ready chain); this module decides when an input may enter and catches the results.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // First-in first-out buffer behind a register, for what comes from far away or late: a place is kept for what is in the register.
 //
 // Use         in_valid_i only while in_ready_o; in_ready_o falls early, by the word in the register and Ahead more that are on their way when it falls.

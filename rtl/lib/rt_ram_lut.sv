@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small RAM with one write port and an asynchronous read port; infers distributed RAM.
 //
 // Latency     Read 0: data follow the address. A word is there in the clock after it was written.

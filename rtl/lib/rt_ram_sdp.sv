@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Simple dual-port RAM, one write and one read port on one clock; infers block RAM.
 //
 // Latency     1: data follow the clock edge that sees read_en_i; they stay until the next read.

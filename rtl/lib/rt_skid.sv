@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Skid buffer (spill register): a stream register that cuts every combinational path.
 //
 // Cuts        valid, data and ready: each output is a register or a function of registers only.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Round-robin arbiter that chooses a clock ahead, for inputs that are far from each other: NumInputs streams into one.
 //
 // Rule        Of the inputs that are valid, without the one that is served in this clock, the first after the one chosen last is served in the next

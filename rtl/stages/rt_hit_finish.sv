@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // hit_finish: barycentric coordinates of the best hit, once a ray.
 //
 // Formula     u = U 2^(eu - bias) / d'z, rounded toward zero and saturated to [0, 1]; v likewise. Anything but StatusHit gives an empty record

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // instance_enter: a ray of the world becomes a ray of an instance's object, or passes its box by.
 //
 // Formula     S = M o + b and D = M d, exact; X_i = floor(D_i 2^(e_i - L - 5)) with L so that the largest has 53 bits; k = L + [sum g_i^2 > 2^18],

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // kd_backtrack: one step up the parent links.
 //
 // Formula     matched = the parent's axis is the exit face's axis, its split equals the face's plane as an integer, and we are its near child;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // kd_descend: one interior node on the way down.
 //
 // Formula     near if t < t_plane(split), else far; a tie goes far. A direction of zero: near if origin < split.

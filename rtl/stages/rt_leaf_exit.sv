@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // leaf_exit: where a ray leaves a leaf's cell.
 //
 // Formula     (t_exit, face) = min over the axes of t_plane(bound on the exit side); the lowest axis wins a tie; axes of direction zero do not exit.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // ray_setup: reciprocals of the direction, and whether the ray can be traced.
 //
 // Formula     per axis, D = |direction code|: R = min(floor(2^52 / (D << e)), 2^26 - 1) with the sign of the direction, D << e in [2^26, 2^27);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // row_product: one row of a unit-triangle transform times a point or a direction.
 //
 // Formula     sum = row . point + offset; out = floor(sum / 2^26 + 1/2), wrapped to 27 bits (nearest, ties up). The offset is Q3.29 against the 50

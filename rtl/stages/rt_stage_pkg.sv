@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Latency, initiation interval and DSP blocks of every stage, for whoever instantiates one.
 //
 // Purpose     The stages build their pipelines on these functions, the core sizes its queues by them, a test compares them with what it

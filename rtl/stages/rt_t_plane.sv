@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // t_plane: distance along a ray to an axis-aligned plane.
 //
 // Formula     t = floor((plane - origin) * reciprocal / 2^shift), saturated to TBits, Q4.24 as a rule. plane - origin wraps to Q3.24, as in hls/.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // tri_test: unit-triangle test.
 //
 // Formula     o' = M o + m, d' = M d (six rt_row_product); signs of o'z and d'z flipped so that d'z > 0

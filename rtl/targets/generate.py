@@ -32,7 +32,7 @@ def camel(name):
 
 def package(core):
     counters = core["counter"]
-    lines = [f"// {MADE}", "// Configurations of the core, its counters and the sources of its reads.", "package rt_config_pkg;", "", "  typedef struct packed {"]
+    lines = ["// SPDX-License-Identifier: Apache-2.0", f"// {MADE}", "// Configurations of the core, its counters and the sources of its reads.", "package rt_config_pkg;", "", "  typedef struct packed {"]
     lines += [f"    logic [31:0] {field};  // {text}" for field, text in core["fields"].items()]
     lines += ["  } config_t;", ""]
     for name, entry in core["configuration"].items():

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The core with the port names that vendors' tools look for, in plain Verilog: for IP packagers, block designs and simulators that
 // do not pass records at a top.
 //

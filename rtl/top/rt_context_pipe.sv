@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pipe of contexts: those that are ready enter one a clock, walk through the stages, and leave, are parked in a cache, or become ready again.
 //
 // Purpose     What every unit that works on contexts does the same way: ready, look up, park, retry. The unit adds what it keeps of a context and

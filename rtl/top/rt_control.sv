@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Control of a run: header, checks, flush of the caches, rays, end; sticky faults.
 //
 // Sequence    start -> read the header, a line at a time, as a base may end a page of 4 KB -> magic and version -> the four sections, each in three clocks

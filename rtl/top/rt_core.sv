@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Core: rays in, hits out, one memory port. Knows neither where rays come from nor where hits go; AXI, registers and soft reset are in rt_top.
 //
 //   rays --> rt_launch --launch--> lanes (rt_lane x N) --arrival--> rt_leaf_unit --> rt_reference_unit --> rt_tri_test --> rt_result_unit

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Records that travel into the core, out of it and between its units. What a build may choose is in rt_config_pkg (rtl/targets/core.toml).
 //
 // Streams     Rays come with a tag and hits leave with it; neither says where they are stored. Requests and fills are the one memory port.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Generations of contexts: every Period clocks nobody new enters a pipe of contexts until all who were inside have got on.
 //
 // Purpose     A context that misses, or finds a stage full, tries again among others and may lose to them for as long as new ones come. Those of one

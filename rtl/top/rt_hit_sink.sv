@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hit sink of the AXI shell: combines hits into lines of 64 bytes and writes these, with strobes where hits are missing.
 //
 // Purpose     Hits come in any order and go to base_i + 16 * tag. Up to Lines lines are kept, in one block RAM, found by a hash of their number. A line leaves when it is

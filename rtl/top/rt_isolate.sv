@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Isolation of the core from the bus for a soft reset: no new transaction is offered, those in flight are completed, then the core is reset.
 //
 // Sequence    Run -> (soft_reset_i) Drain: requests that have been offered stay, no other is taken; when all reads have been answered and the sink

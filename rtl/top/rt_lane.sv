@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lane of traversal: one step down or up for one of its contexts in every clock.
 //
 // Purpose     A context belongs to one lane for the whole of its ray. Those that can go on stand in queues (rt_ready); each clock one of them

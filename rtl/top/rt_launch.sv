@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Launch: takes rays from a source, prepares them (rt_ray_setup) and gives each a free context.
 //
 // Context     The first rays go to the lanes in turn, BlockRays to each; the following ones get contexts in the order in which they became free.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Leaf unit: reads the record of the leaf a context has arrived at and computes where the ray leaves it.
 //
 // Purpose     One context a clock: P0 read the goal   P1 -   P2 check, look up   P3 -   P4 read state and ray

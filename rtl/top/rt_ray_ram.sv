@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rays of the contexts of a unit: written axis by axis, read whole.
 //
 // Latency     1, as rt_ram_sdp, of which it is one for each axis; so are collisions and contents.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ray source of the AXI shell: reads the rays of a run in bursts and gives them to the core as a stream, tagged with their number.
 //
 // Order       row_i = 0: one after the other. Otherwise the rays are an image with rows of row_i, visited in tiles of TileWidth x TileHeight,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Contexts that can go on, in the order in which they became ready.
 //
 // Inputs      Pushes: at most one context a clock each, always taken, with a queue for each. Wakes: streams, such as those of a cache. They take turns.

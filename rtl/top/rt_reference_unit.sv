@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reference unit: sends the references of a leaf to the triangle test, one for each turn of a context, in order.
 //
 // Purpose     One context a clock: I0 read   I1 what is stored   I2 which reference; list look-up   I3, I4 -   I5 list answers

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Result unit: keeps the best hit of every context and decides what a context does when its leaf is done.
 //
 // Purpose     R0 takes an event: a result of rt_tri_test (tri_*), or a context that ends or leaves a leaf without tests (direct_*), and

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Checker of a run, for simulation: what must be true at its end, and how long a ray may take on its way.
 //
 // End         When all rays have retired: no context holds a ray, nothing waits in a unit, no miss register fetches, every beat that was asked for has come,

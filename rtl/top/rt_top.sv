@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Top of the core: AXI4-Lite registers, AXI4 master, interrupt.
 //
 // Purpose     Registers (rtl/regs, generated from rt_regs.rdl), the AXI master and its orderly stop around rt_core.

@@ -261,7 +261,7 @@ def emit_stream(name, bits, words):
 
 # ------------------------------------------------------------------------------------------------ SystemVerilog
 def emit_sv(c):
-    out = [f"// {NOTE}", "// Types, constants and memory records of the core.", "package rt_contract_pkg;", ""]
+    out = ["// SPDX-License-Identifier: Apache-2.0", f"// {NOTE}", "// Types, constants and memory records of the core.", "package rt_contract_pkg;", ""]
     for name, t in c.types.items():
         if name == "float64":
             continue

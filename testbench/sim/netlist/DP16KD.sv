@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // DP16KD: 18 Kbit block RAM of an ECP5, as Yosys uses it, in two widths.
 //
 // 36 / 36     Pseudo dual port, 512 words of 36 bits. A writes when CEA and WEA: word ADA[13:5], data {DIB, DIA}, byte enables (9 bits) ADA[3:0]. B

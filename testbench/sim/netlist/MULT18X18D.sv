@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // MULT18X18D: 18 x 18 multiplier of an ECP5's DSP slice, as scripts/synthesis.py uses it: registers of A and B together, of P, all or none; no
 // pipeline register, no cascade, C unused.
 //

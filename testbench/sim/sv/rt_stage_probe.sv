@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tells C++ what a stage takes and what it gives (testbench/sim/core/stage_watch.hpp). Bound into every stage of the models of the core
 // (rt_stage_probe_bind.sv); silent unless C++ was watching at the last reset, so that other runs pay for one flag.
 module rt_stage_probe #(

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A probe at every stage; numbers as in golden/engine/walk.hpp (Stage).
 bind rt_ray_setup rt_stage_probe #(
     .Stage(0), .InBits($bits(rt_contract_pkg::ray_setup_in_record_t)), .OutBits($bits(rt_contract_pkg::ray_setup_out_record_t))

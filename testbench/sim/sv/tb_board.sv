@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Serial receivers and senders at three rates, and the board's memory behind its multiplexer, for tests/board/board_units_test.cpp.
 //
 // Serial      Divisors 4, 4.67 and 26.67 clocks a bit; pins come out and go in, so that the bench can bend what travels between them.

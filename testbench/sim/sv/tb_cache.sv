@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small caches whose lines are always in each other's way, for tests/rtl/rtl_cache_test.cpp: every value that the core's configurations may have of
 // ports, ways, words a line, miss registers and of the widths of the bus, and the four caches of the core with both widths of the bus.
 //

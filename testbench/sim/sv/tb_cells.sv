@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The models of ECP5 cells in testbench/sim/netlist/, with vectors as ports: multipliers and block RAMs (of both widths) without and with
 // registers.
 module tb_cells (

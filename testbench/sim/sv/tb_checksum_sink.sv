@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sink of hits that keeps a checksum: what a sink of the core has to do, and no more.
 //
 // Checksum    Sum of the FNV-1a hashes of {tag, hit}, lowest byte first, as hits come in any order.

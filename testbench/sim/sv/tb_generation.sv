@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A pipe of contexts with a cache behind it and generations, for tests/rtl/rtl_generation_test.cpp: contexts look up one line each and get on when they
 // have it and take_i is 1.
 //

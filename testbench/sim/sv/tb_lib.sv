@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every library module in the parameter sets that the tests drive, in one model so that one compilation serves them all.
 //
 // Streams     data_t is 32 bits. Index of a stream: see the list below; tests/rtl/rtl_lib_test.cpp names them in the same order.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Source of rays from a test pattern: what a source of the core has to do, and no more.
 //
 // Pattern     Ray (x, y), x first: code c is base_i[c] + x * step_x_i[c] + y * step_y_i[c]; codes 0 to 2 are the origin, 3 to 5 the direction. Its tag is

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The core of streams by itself: rays of a test pattern in, a checksum of hits out, a memory that C++ plays behind the one memory port
 // (tests/rtl_core/streams_test.cpp). Configuration small with any depth of the hops.
 module tb_streams #(

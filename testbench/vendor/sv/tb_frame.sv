@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A frame through rt_axi in any simulator: the vector file in, every byte of every hit compared.
 //
 // Purpose     Shows that the core works where the project's own co-simulation does not run (a vendor's simulator, FuseSoC).
