@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Passes every test: set-up, release build, ctest, format and lint, coverage of the RTL, the tests that read input under sanitizers, and a minute of
+# Passes every test: set-up, release build, ctest, format and lint, the tests that read input under sanitizers, and a minute of
 # fuzzing of each loader.
+# What takes longer, coverage of the RTL among it, is scripts/nightly.sh.
 # usage: scripts/test.sh
 # RETRACE_SEED chooses another seed for all randomised tests.
 set -euo pipefail
@@ -18,8 +19,6 @@ ctest --preset release -j "$(nproc)"
 step "format and lint"
 scripts/lint.sh
 scripts/rtl_lint.sh --require-yosys
-step "coverage of the RTL"
-scripts/coverage.sh --output build/coverage.md
 step "sanitizer build (address, undefined behaviour; fuzz targets)"
 scripts/build.sh asan sanitized gltf_fuzz image_fuzz
 step "tests under sanitizers"
