@@ -5,8 +5,10 @@
 
 extern "C" void instance_enter_top(hls::stream<retrace::hls::instance_enter_in_word_t>& in,
                                    hls::stream<retrace::hls::instance_enter_out_word_t>& out) {
-  RT_AXIS(in)
-  RT_AXIS(out)
+  // clang-format off
+#pragma HLS interface mode=axis port=in
+#pragma HLS interface mode=axis port=out
+  // clang-format on
   RT_FREE_RUNNING
   RT_PIPELINE(1)
   const retrace::hls::instance_enter_in_word_t input = in.read();
