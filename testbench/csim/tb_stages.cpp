@@ -79,7 +79,8 @@ int main(int argc, char** argv) {
   app.add_option("vectors", vectors, "Vectors a stage")->capture_default_str();
   app.add_option("seed", seed, "Default: RETRACE_SEED")->capture_default_str();
   app.add_option("stage", stage, "One stage; default: all")
-      ->check(CLI::IsMember({"ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish", "instance_enter"}));
+      ->check(CLI::IsMember(
+          {"ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish", "instance_enter"}));
   return retrace::run_program(app, argc, argv, [&] {
     bool good = true;
 #define RUN(name) good &= run(#name, stage, vectors, seed, name##_top, retrace::name##_vector, retrace::reference::name)

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "golden/base/error.hpp"
-#include "golden/tree/kd_builder.hpp"
+#include "golden/tree/traced_scene.hpp"
 #include "scenes/open_scene.hpp"
 #include "testbench/csim/csim_engine.hpp"
 #include "testbench/csim/ring_run.hpp"
@@ -25,8 +25,9 @@ struct Case {
   std::vector<GridRay> rays;
 
   explicit Case(const std::string& name, std::size_t count, std::uint64_t seed) {
-    scene = snap(flatten(open_scene(name)));
-    image = build_kd(scene);
+    TracedScene traced = prepare_scene(open_scene(name));
+    scene = std::move(traced.grid);
+    image = std::move(traced.image);
     Random random(seed);
     rays = make_test_rays(scene, image, count, random);
   }

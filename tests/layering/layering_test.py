@@ -132,7 +132,7 @@ def bites(root):
         ('"golden/base" = []', '"golden/base" = ["golden/scene"]', "golden/base uses 'golden/scene', which does not stand above it"),
         ('"golden/base" = []', '"golden/base" = ["rtl/regs"]', "golden/base is permitted to use rtl/regs and does not"),
     ]
-    failed = 0
+    failed, known = 0, check(root)[0]
     for old, new, wanted in table:
         with tempfile.TemporaryDirectory() as folder:
             copy = copy_of(root, folder)
@@ -151,7 +151,7 @@ def bites(root):
             before = (copy / name).read_text(encoding="utf-8")
             (copy / name).write_text(before.rstrip("\n") + "\n" + line + "\n", encoding="utf-8")
             place = "%s:%d: " % (name, before.rstrip("\n").count("\n") + 2)
-            faults, _ = check(copy)
+            faults = [fault for fault in check(copy)[0] if fault not in known]
             if len(faults) == 1 and faults[0].startswith(place) and wanted in faults[0]:
                 print("caught   " + faults[0])
             else:

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "golden/contract/certified_bounds.hpp"
-#include "golden/tree/instance.hpp"
 #include "golden/engine/stages/instance_enter.hpp"
+#include "golden/tree/instance.hpp"
 #include "stage_test.hpp"
 #include "testbench/kit/test_instances.hpp"
 
