@@ -63,9 +63,13 @@ World make_world(Random& random, std::size_t instances, int cells) {
   for (const char* kind : {"box", "sphere", "random", "sliver"})
     world.objects.push_back(make_object(kind, cells, random));
   for (std::size_t i = 0; i < instances; ++i) {
+    if (i % 4 == 3) {  // in the same place as an earlier one: all hits are ties
+      world.placed.push_back(world.placed[random.below(i)]);
+      continue;
+    }
     const auto shape = static_cast<InstanceShape>(random.below(static_cast<std::uint64_t>(InstanceShape::kCount)));
-    world.placed.push_back(
-        {static_cast<std::uint32_t>(random.below(world.objects.size())), random_placement(random, shape)});
+    const auto object = static_cast<std::uint32_t>(random.below(world.objects.size()));
+    world.placed.push_back({object, random_placement(random, shape)});
   }
   world.scene = build_two_levels(world.objects, world.placed);
   return world;
@@ -259,12 +263,12 @@ TEST_P(TwoLevels, the_answer_does_not_depend_on_the_order_of_visits) {
     ASSERT_EQ(one.hit, two.hit) << "seed " << seed << " ray " << i;
     if (!one.hit) continue;
     const auto other = static_cast<std::uint32_t>(world.placed.size()) - 1 - two.instance;
+    ASSERT_EQ(one.t, two.t) << "seed " << seed << " ray " << i;
     if (one.instance != other) continue;  // as near in the world: the lower number
     ++same;
-    ASSERT_EQ(one.t, two.t) << "seed " << seed << " ray " << i;
     ASSERT_EQ(one.id, two.id) << "seed " << seed << " ray " << i;
   }
-  EXPECT_GT(same, rays / 2);
+  EXPECT_GT(same, rays / 4);
 }
 
 /// The kernel over the assembled image: hits of all rays.
