@@ -11,5 +11,6 @@ static const unsigned long long kVectors[][24] = {
 
 int main() {
   return retrace_bench::run_stage<in_word_t, out_word_t, 16, 8>(
-      "instance_enter", kVectors, [](hls::stream<in_word_t>& in, hls::stream<out_word_t>& out) { instance_enter_top(in, out); });
+      "instance_enter", kVectors,
+      [](hls::stream<in_word_t>& in, hls::stream<out_word_t>& out) { instance_enter_top(in, out); });
 }
