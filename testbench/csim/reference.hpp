@@ -152,7 +152,7 @@ inline contract::HitRecord hit_finish(const contract::HitFinishInRecord& in) {
   return out;
 }
 
-using golden::world_t;
 using golden::instance_enter;  // in integers already
+using golden::world_t;
 
 }  // namespace retrace::reference
