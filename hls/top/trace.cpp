@@ -172,18 +172,14 @@ inline void leave_tree(context& c) {
 // All references of the leaf are done: the tree is, or on through the exit face.
 inline void leave_leaf(context& c, bool parent_links) {
   RT_INLINE
-  const flag_t ends = !c.exit.exits || c.near_t <= c.exit.t_exit;
+  flag_t last = c.link == 0;
+  if (parent_links) last = c.node == c.root;  // the root itself may be the leaf
+  const flag_t ends = last || !c.exit.exits || c.near_t <= c.exit.t_exit;
   c.t = c.exit.t_exit;
   if (ends) {
     leave_tree(c);
   } else if (parent_links) {
-    if (c.node == c.root) {  // the root itself may be the leaf
-      leave_tree(c);
-    } else {
-      c.phase = kPhaseUp;
-    }
-  } else if (c.link == 0) {
-    leave_tree(c);
+    c.phase = kPhaseUp;
   } else {
     c.node = c.link;
     c.phase = kPhaseDown;
