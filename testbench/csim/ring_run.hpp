@@ -1,12 +1,11 @@
 // How C simulation runs the ring: order of the tasks, tokens, depths of the streams; and what came of it.
 #pragma once
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <string>
 
-#include "hls/ring/ring.hpp"
-#include "testbench/csim/include/hls_tasks.h"
+#include "../../hls/ring/ring.hpp"
+#include "include/hls_tasks.h"
 
 namespace retrace {
 
@@ -23,7 +22,7 @@ struct RingReport {
 };
 
 /// Of the thread: settings of the next calls of retrace_ring and the report of the last one. A deadlock, words left over and a stream at the wrong
-/// task end in an Error unless `throws` is false.
+/// task end in an exception unless `throws` is false.
 struct RingRun {
   RingSettings settings;
   RingReport report;
