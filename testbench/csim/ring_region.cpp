@@ -19,6 +19,7 @@ void ring_region(RETRACE_RING_PORTS, const retrace::hls::image_view& view, ap_ui
     return own != settings.depths.end() ? own->second : settings.depth != 0 ? settings.depth : declared;
   };
   ::hls::task_scheduler scheduler(settings.seed);
+  scheduler.on_write = settings.on_write;
 #define RETRACE_RING_STREAM(name, word, places, writer, reader) \
   ::hls::stream<word> name(#name, depth_of(#name, places));     \
   scheduler.connect(name, #writer, #reader);

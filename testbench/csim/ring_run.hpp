@@ -1,6 +1,7 @@
 // How C simulation runs the ring: order of the tasks, tokens, depths of the streams; and what came of it.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 
@@ -14,6 +15,7 @@ struct RingSettings {
   std::uint32_t contexts = 0;  ///< tokens; 0: RETRACE_RING_CONTEXTS
   std::size_t depth = 0;       ///< of all streams but those below; 0: as declared
   std::map<std::string, std::size_t> depths;
+  std::function<void(const ::hls::stream_base&)> on_write;  ///< called after each word that was written
 };
 
 struct RingReport {
