@@ -68,8 +68,10 @@ copy . LICENSE scripts/export/Makefile scripts/export/vitis_hls.tcl scripts/expo
 sed "s/@VERSION@/$version/" scripts/export/README.md >"$package/README.md"
 copy hls/include hls/include/*.hpp
 copy hls/stages hls/stages/*.hpp hls/stages/*.cpp
-copy hls/top hls/top/trace.hpp hls/top/trace.cpp
-copy testbench/csim/include testbench/csim/include/hls_stream.h
+copy hls/top hls/top/*.hpp hls/top/*.cpp
+copy hls/ring hls/ring/*.hpp hls/ring/*.cpp
+copy testbench/csim testbench/csim/ring_run.hpp testbench/csim/ring_region.cpp
+copy testbench/csim/include testbench/csim/include/hls_stream.h testbench/csim/include/hls_tasks.h
 copy testbench/vendor testbench/vendor/stage_bench.hpp testbench/vendor/tb_*.cpp
 copy testbench/vendor/data testbench/vendor/data/*.inc
 copy host testbench/vendor/host/retrace_kernel.h golden/contract/contract_records.hpp

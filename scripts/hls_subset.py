@@ -223,8 +223,10 @@ class Checker:
             self.report(cursor, "heap", "'%s'" % target.spelling)
             return
         owner = target.semantic_parent
-        if owner is not None and owner.spelling == "stream" and owner.semantic_parent is not None and owner.semantic_parent.spelling == "hls":
+        if owner is not None and owner.spelling in ("stream", "stream_base") and owner.semantic_parent is not None and owner.semantic_parent.spelling == "hls":
             arguments = len(list(cursor.get_arguments()))
+            if target.kind == K.CONSTRUCTOR and not any(list(a.get_tokens()) and a.extent.start.offset != cursor.extent.start.offset for a in cursor.get_arguments()):
+                return  # hls::stream<word> name;
             if not (target.spelling == "read" and arguments == 0 or target.spelling == "write" and arguments == 1):
                 self.report(cursor, "stream", "'%s' is not a blocking read() or write()" % target.spelling)
             return

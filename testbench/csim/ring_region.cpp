@@ -1,6 +1,7 @@
 // The region of the ring in C simulation: the same streams and tasks as hls/ring/region.cpp, run by the testbench's scheduler.
-#include "golden/base/error.hpp"
-#include "testbench/csim/ring_run.hpp"
+#include <stdexcept>
+
+#include "ring_run.hpp"
 
 retrace::RingRun& retrace::RingRun::of_thread() {
   static thread_local RingRun run;
@@ -18,6 +19,7 @@ void ring_region(RETRACE_RING_PORTS, const retrace::hls::image_view& view, ap_ui
     return own != settings.depths.end() ? own->second : settings.depth != 0 ? settings.depth : declared;
   };
   ::hls::task_scheduler scheduler(settings.seed);
+  scheduler.on_write = settings.on_write;
 #define RETRACE_RING_STREAM(name, word, places, writer, reader) \
   ::hls::stream<word> name(#name, depth_of(#name, places));     \
   scheduler.connect(name, #writer, #reader);
@@ -30,5 +32,5 @@ void ring_region(RETRACE_RING_PORTS, const retrace::hls::image_view& view, ap_ui
   run.report.words[#name] = name.written();                    \
   name.clear();
   RETRACE_RING_STREAMS(RETRACE_RING_COUNT)
-  if (run.throws && !run.report.tasks.text.empty()) throw retrace::Error("retrace_ring: " + run.report.tasks.text);
+  if (run.throws && !run.report.tasks.text.empty()) throw std::runtime_error("retrace_ring: " + run.report.tasks.text);
 }

@@ -5,8 +5,8 @@
 #include <map>
 #include <string>
 
-#include "hls/ring/ring.hpp"
-#include "testbench/csim/include/hls_tasks.h"
+#include "../../hls/ring/ring.hpp"
+#include "include/hls_tasks.h"
 
 namespace retrace {
 
@@ -15,6 +15,7 @@ struct RingSettings {
   std::uint32_t contexts = 0;  ///< tokens; 0: RETRACE_RING_CONTEXTS
   std::size_t depth = 0;       ///< of all streams but those below; 0: as declared
   std::map<std::string, std::size_t> depths;
+  std::function<void(const ::hls::stream_base&)> on_write;  ///< called after each word that was written
 };
 
 struct RingReport {
@@ -23,7 +24,7 @@ struct RingReport {
 };
 
 /// Of the thread: settings of the next calls of retrace_ring and the report of the last one. A deadlock, words left over and a stream at the wrong
-/// task end in an Error unless `throws` is false.
+/// task end in an exception unless `throws` is false.
 struct RingRun {
   RingSettings settings;
   RingReport report;

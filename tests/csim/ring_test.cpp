@@ -167,15 +167,19 @@ struct SmallRun {
   }
 };
 
-/// The least depths: one word everywhere, and in `ready` what the tokens need that find no place elsewhere. Between `launch` and `ready` are 10
-/// streams of one word and 10 tasks that hold a token each; while `launch` brings the last one, the others have to stand there or in `ready`.
-constexpr std::uint32_t kPlaces = 20;
-RingSettings least(std::uint32_t contexts, std::uint64_t seed) {
+/// The least depths: one word everywhere but in `ready`. While `launch` brings the last token, the others stand in `ready` or between: one in
+/// `result`, which waits for `ready`, and one behind it whose constants are the word in `result_rays`; so `ready` needs two places less than there
+/// are tokens. Where the streams of constants are deep, the others may fill the whole ring: 9 streams of one word and 9 tasks that hold a token each.
+constexpr std::uint32_t kPlacesLeast = 2, kPlacesDeep = 18;
+RingSettings least(std::uint32_t contexts, std::uint64_t seed, bool deep = false) {
   RingSettings settings;
   settings.seed = seed;
   settings.contexts = contexts;
   settings.depth = 1;
-  settings.depths["ready"] = contexts > kPlaces ? contexts - kPlaces : 1;
+  const std::uint32_t places = deep ? kPlacesDeep : kPlacesLeast;
+  settings.depths["ready"] = contexts > places ? contexts - places : 1;
+  if (deep)
+    for (const char* name : {"step_rays", "exit_rays", "test_rays", "result_rays"}) settings.depths[name] = 64;
   return settings;
 }
 
@@ -195,7 +199,7 @@ TEST(Ring, no_order_of_the_tasks_changes_a_bit_or_deadlocks_at_the_least_depths)
   std::uint64_t switches = 0;
   for (std::uint64_t schedule = 1; schedule <= schedules; ++schedule) {
     const std::size_t i = schedule % runs.size();
-    const std::uint32_t contexts = schedule % 16 == 0 ? kPlaces + 3 : 1 + schedule % 5;
+    const std::uint32_t contexts = schedule % 16 == 0 ? 21 : 1 + schedule % 5;
     const auto found = runs[i](least(contexts, seed + schedule), options);
     const RingReport& report = RingRun::of_thread().report;
     ASSERT_EQ(report.tasks.text, "") << "seed " << seed + schedule << " contexts " << contexts;
@@ -218,21 +222,27 @@ TEST(Ring, one_word_less_than_the_least_depth_deadlocks_and_the_streams_are_name
   const std::uint64_t seed = test_seed();
   const Case c("box", 60, seed);
   const SmallRun run(c, 30);
-  for (const std::uint32_t contexts : {kPlaces + 2, kPlaces + 9}) {
-    for (std::uint64_t schedule = 0; schedule < 20; ++schedule) {
-      RingSettings settings = least(contexts, schedule == 0 ? 0 : seed + schedule);
-      run(settings, 0);
-      EXPECT_EQ(RingRun::of_thread().report.tasks.text, "") << contexts << " tokens, schedule " << schedule;
-      --settings.depths["ready"];
-      run(settings, 0);
-      const auto& tasks = RingRun::of_thread().report.tasks;
-      ASSERT_TRUE(tasks.deadlock) << contexts << " tokens, schedule " << schedule;
-      EXPECT_NE(tasks.text.find("cycle"), std::string::npos) << tasks.text;
-      for (const char* name : {"ready", "launched", "candidates"})
-        EXPECT_NE(std::find(tasks.cycle.begin(), tasks.cycle.end(), name), tasks.cycle.end()) << name << '\n'
-                                                                                              << tasks.text;
-    }
-  }
+  const std::vector<std::string> short_cycle{"ready", "result_rays"};
+  const std::vector<std::string> whole_ring{"ready",   "launched",   "nodes",  "stepped",        "leaf_lines",
+                                            "in_leaf", "references", "wanted", "triangle_lines", "candidates"};
+  for (const bool deep : {false, true})
+    for (const std::uint32_t contexts : {20U, 27U})
+      for (std::uint64_t schedule = 0; schedule < 15; ++schedule) {
+        RingSettings settings = least(contexts, schedule == 0 ? 0 : seed + schedule, deep);
+        const std::string where =
+            std::to_string(contexts) + " tokens, seed " + std::to_string(settings.seed) + (deep ? ", deep" : "");
+        run(settings, 0);
+        EXPECT_EQ(RingRun::of_thread().report.tasks.text, "") << where;
+        --settings.depths["ready"];
+        run(settings, 0);
+        const auto& tasks = RingRun::of_thread().report.tasks;
+        ASSERT_TRUE(tasks.deadlock) << where;
+        EXPECT_NE(tasks.text.find("cycle"), std::string::npos) << where << tasks.text;
+        const std::vector<std::string>& expected = deep ? whole_ring : short_cycle;
+        EXPECT_TRUE(std::is_permutation(tasks.cycle.begin(), tasks.cycle.end(), expected.begin(), expected.end()))
+            << where << '\n'
+            << tasks.text;
+      }
 }
 
 /// Each stream is needed: without any place, whoever needs it waits, and the report says where.

@@ -22,6 +22,9 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 EXPORT = os.path.join(ROOT, "scripts", "export_hls.sh")
 STUB = os.path.join(ROOT, "tests", "hls", "vendor_stub.tcl")
 STAGES = ["ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish", "instance_enter"]
+TASKS = ["ray_reader", "ray_setup", "launch", "node_fetch", "step", "leaf_fetch", "leaf_exit", "list_fetch", "mailbox", "triangle_fetch", "tri_test", "result", "hit_finish",
+         "hit_writer", "work_writer", "summary_writer"]
+RING = ["hls/ring/%s.cpp" % task for task in TASKS + ["ring", "region"]]
 SOURCES = ["hls/stages/%s.cpp" % stage for stage in STAGES] + ["hls/top/trace.cpp"]
 failures = []
 
@@ -94,10 +97,10 @@ def package(work, _):
     listed = sorted(line[66:] for line in read(os.path.join(where, "SHA256SUMS")).splitlines())
     check(listed == sorted(set(files) - {"SHA256SUMS"}), "every file has a checksum")
     listing = read(os.path.join(where, "README.md"))
-    wanted = SOURCES + ["testbench/vendor/tb_%s.cpp" % top for top in STAGES + ["trace"]] + ["hls_config.cfg", "vitis_hls.tcl", "host/retrace_kernel.h", "LICENSE"]
+    wanted = SOURCES + RING + ["testbench/vendor/tb_%s.cpp" % top for top in STAGES + ["trace"]] + ["hls_config.cfg", "vitis_hls.tcl", "host/retrace_kernel.h", "LICENSE"]
     check(set(wanted) <= set(files), "kernels, testbenches, configurations, register map", str(set(wanted) - set(files)))
     simulation = [name for name in files if re.match(r"(ap_|hls_|ac_).*\.h$", os.path.basename(name))]
-    check(simulation == ["testbench/csim/include/hls_stream.h"], "no ap_types; the only stream header is the testbench's", str(simulation))
+    check(simulation == ["testbench/csim/include/hls_stream.h", "testbench/csim/include/hls_tasks.h"], "no ap_types; the only stream headers are the testbench's", str(simulation))
     here = [path for path in (ROOT, os.path.expanduser("~"), work) if len(path) > 2]
     leaks = [name for name in files if any(path in read(os.path.join(where, name)) for path in here)]
     check(not leaks, "no path of this machine", str(leaks))
@@ -160,7 +163,7 @@ def csim(work, arguments):
     for compiler in ("g++", "clang++"):
         result = run(make + ["-j2", "csim", "CXX=" + compiler], where)
         lines = re.findall(r"128 vectors, 0 differ", result.stdout)
-        check(result.returncode == 0 and len(lines) == len(STAGES) and "WRONG" not in result.stdout and result.stdout.count(" ok\n") == 9, "csim with " + compiler, text_of(result))
+        check(result.returncode == 0 and len(lines) == len(STAGES) and "WRONG" not in result.stdout and result.stdout.count(" ok\n") == 12, "csim with " + compiler, text_of(result))
     result = run(["make", "csim"], where, AP_TYPES="/nowhere")
     check(result.returncode != 0 and "ap_int.h" in result.stderr and "/nowhere" in result.stderr, "a missing ap_types folder is named", text_of(result))
 
@@ -193,7 +196,7 @@ def compile_(work, arguments):
     os.mkdir(elsewhere)
     for compiler, standard in (("g++", "c++17"), ("clang++", "c++17"), ("clang++", "c++14")):
         bad = ""
-        for source in SOURCES:
+        for source in SOURCES + RING:
             result = run([compiler, "-std=" + standard, "-I", arguments.ap_types, "-fsyntax-only", os.path.join(where, source)], elsewhere)
             bad += text_of(result) if result.returncode else ""
         check(not bad, "every top alone, from another folder, %s, %s" % (compiler, standard), bad)
@@ -219,6 +222,14 @@ def compile_(work, arguments):
     # The interfaces of the stages stand in the source as they are, also for Bambu.
     literal = [re.findall(r"^#pragma HLS (.*)$", read(os.path.join(where, source)), re.M) for source in SOURCES[:-1]]
     check(all(lines == ["interface mode=axis port=in", "interface mode=axis port=out"] for lines in literal), "the stages' interfaces are literal directives", str(literal))
+    for task in TASKS:
+        text = read(os.path.join(where, "hls/ring/%s.cpp" % task))
+        arguments_of = re.search(r'extern "C" void ring_%s\((.*?)\) \{' % task, text, re.S).group(1)
+        streams, pointers = re.findall(r"hls::stream<[\w:]+>& (\w+)", arguments_of), re.findall(r"\* (\w+)", arguments_of)
+        seen = re.findall(r"^#pragma HLS (.*)$", run(["clang++", "-std=c++17", "-E", "-P", "-I", vendor, "-D__BAMBU__", os.path.join(where, "hls/ring/%s.cpp" % task)], elsewhere).stdout, re.M)
+        expected = ["interface mode=axis port=" + name for name in streams] + ["interface mode=m_axi port=%s offset=direct bundle=bus_%s" % (name, name) for name in pointers]
+        if seen != expected or len(pointers) > 1:
+            check(False, "ring_%s: Bambu sees its ports, one master at most" % task, "%s\n%s" % (seen, expected))
     masters = "pairs leaves list triangles rays hits work summary".split()
     bambu, synthesis = directives("-D__BAMBU__"), directives("-D__SYNTHESIS__")
     check(bambu == ["interface mode=m_axi port=%s offset=direct bundle=bus_%s" % (port, port) for port in masters], "Bambu sees the masters, offset=direct, and nothing else", str(bambu))
@@ -236,7 +247,7 @@ def compile_(work, arguments):
           "using ap_uint = ac_int<kBits, false>;\n" % os.path.abspath(other))
     bad = ""
     for standard in ("c++14", "c++17"):
-        for source in SOURCES:
+        for source in SOURCES + RING:
             result = run(["clang++", "-std=" + standard, "-D__BAMBU__", "-I", shim, "-I", os.path.join(where, "testbench/csim/include"), "-fsyntax-only", os.path.join(where, source)], elsewhere)
             bad += text_of(result) if result.returncode else ""
     check(not bad, "every top as Bambu's front end reads it, on ac_types, C++14 and C++17", bad)
@@ -318,6 +329,8 @@ def scripts(work, _):
 
     every = run(["make", "-s", "bambu", "BAMBU=echo"], where).stdout
     check(re.findall(r"--top-fname=(\w+)", every) == [stage + "_top" for stage in STAGES] + ["retrace_trace"], "make bambu: every top", every)
+    every = run(["make", "-s", "bambu-ring", "BAMBU=echo"], where).stdout
+    check(re.findall(r"(\S+\.cpp) --top-fname=(\w+)", every) == [("../../hls/ring/%s.cpp" % task, "ring_" + task) for task in TASKS], "make bambu-ring: every task", every)
 
     host = {name.lower(): int(value, 16) for name, value in re.findall(r"^#define RETRACE_KERNEL_(\w+) (0x[0-9a-f]+)", read(os.path.join(where, "host/retrace_kernel.h")), re.M)}
     rule = registers(where)
@@ -413,7 +426,7 @@ def subset(work, arguments):
     where = unpacked(work)
     command = [sys.executable, os.path.join(ROOT, "scripts/hls_subset.py"), "--ap-types", arguments.ap_types]
     result = run(command + [os.path.join(where, "hls")], work)
-    check(result.returncode == 0 and "%d sources" % (len(STAGES) + 1) in result.stdout, "the exported sources are in the subset", text_of(result))
+    check(result.returncode == 0 and "%d sources" % len(SOURCES + RING) in result.stdout, "the exported sources are in the subset", text_of(result))
     path = os.path.join(where, "hls/stages/tri_test.hpp")
     write(path, read(path).replace("namespace retrace::hls {\n", "namespace retrace::hls {\ninline int never(double x) { return never(x); }\n", 1))
     result = run(command + [os.path.join(where, "hls")], work)

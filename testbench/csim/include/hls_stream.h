@@ -68,6 +68,7 @@ class stream : public stream_base {
     ++written_;
     if (stream_waiter::current()) stream_waiter::current()->moved(*this, false);
   }
+  const T& newest() const { return words_.back(); }
   /// Drops what is left, after a deadlock that a test has made.
   void clear() {
     taken_ = written_;

@@ -38,6 +38,9 @@ class task_scheduler final : public stream_waiter {
     ends_.push_back({&stream, writer, reader});
   }
 
+  /// Called after each word that was written, with its stream.
+  std::function<void(const stream_base&)> on_write;
+
   report run() {
     stream_waiter* const before = current();
     current() = this;
@@ -81,6 +84,7 @@ class task_scheduler final : public stream_waiter {
   }
   void moved(const stream_base& stream, bool reading) override {
     own(stream, reading);
+    if (!reading && on_write) on_write(stream);
     if (seed_ != 0 && draw() % 4 == 0) swapcontext(&running_->context, &main_);
   }
 

@@ -1,0 +1,242 @@
+// ring_model [SCENE [WIDTHxHEIGHT [FIRST-LAST [LATENCY [BYTES [OUTSTANDING]]]]]]: an estimate of what the ring of tasks would need in hardware, for the
+// rows FIRST to LAST - 1 of a frame. C simulation says what each token does in each lap and which reads miss the caches; this model adds time:
+//
+//   - every task takes a token in each clock (II = 1), in order, and hands it on after its latency, which is assumed (kTasks);
+//   - a task with a memory port is a rigid pipeline, as deep as its latency and the memory's: a hit takes as long as a miss, a late answer stops it;
+//   - a read is answered LATENCY clocks after it was asked for, when the bus, BYTES a clock for all ports, is free; OUTSTANDING reads a port at most;
+//   - streams have their declared depths; ray_setup and hit_finish have II = 8.
+//
+// No compiler has confirmed an interval or a latency: the figures are estimates.
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "golden/tree/kd_builder.hpp"
+#include "golden/render/view.hpp"
+#include "scenes/open_scene.hpp"
+#include "testbench/csim/csim_engine.hpp"
+#include "testbench/csim/ring_run.hpp"
+
+namespace {
+
+using namespace retrace;
+
+struct TaskModel {
+  const char* name;
+  const char* output;  // stream
+  int latency;         // clocks, without the memory's
+  int bytes;           // of a read, 0 without a port
+  int lines;           // of the cache
+};
+constexpr std::array<TaskModel, 10> kTasks{{{"launch", "launched", 4, 0, 0},
+                                            {"node_fetch", "nodes", 5, 16, 1024},
+                                            {"step", "stepped", 12, 0, 0},
+                                            {"leaf_fetch", "leaf_lines", 5, 64, 256},
+                                            {"leaf_exit", "in_leaf", 14, 0, 0},
+                                            {"list_fetch", "references", 8, 16, 256},
+                                            {"mailbox", "wanted", 4, 0, 0},
+                                            {"triangle_fetch", "triangle_lines", 5, 64, 512},
+                                            {"tri_test", "candidates", 50, 0, 0},
+                                            {"result", "ready", 8, 0, 0}}};
+enum { kLaunch, kNodeFetch, kStep, kLeafFetch, kLeafExit, kListFetch, kMailbox, kTriangleFetch, kTriTest, kResult };
+constexpr int kSetupInterval = 8, kFinishInterval = 8, kFifo = 2, kSetups = 32, kFinishes = 64;
+
+/// What one token does in one lap.
+struct Lap {
+  bool ray = false, fresh = false, finished = false;
+  std::array<bool, kTasks.size()> work{}, miss{};
+};
+
+/// Recorded from the streams: the order of the tokens never changes, so word i of each stream is lap i.
+struct Recorder {
+  std::vector<Lap> laps;
+  std::array<std::size_t, kTasks.size()> at{};
+  std::array<std::vector<std::int64_t>, kTasks.size()> cache;
+  std::vector<std::int64_t> list_base = std::vector<std::int64_t>(RETRACE_RING_CONTEXTS);
+
+  Recorder() {
+    for (std::size_t i = 0; i < kTasks.size(); ++i) cache[i].assign(std::max(1, kTasks[i].lines), -1);
+  }
+  void read(Lap& lap, int task, std::int64_t index) {
+    std::int64_t& held = cache[task][index % kTasks[task].lines];
+    lap.work[task] = true;
+    lap.miss[task] = held != index;
+    held = index;
+  }
+  void operator()(const ::hls::stream_base& stream) {
+    const std::string name = stream.name();
+    std::size_t task = 0;
+    while (task < kTasks.size() && name != kTasks[task].output) ++task;
+    if (task == kTasks.size()) return;
+    const std::size_t number = at[task]++;
+    if (number >= laps.size()) laps.resize(number + 1);
+    Lap& lap = laps[number];
+    // Word types differ; the token is in the low 256 bits.
+    retrace::hls::token_word_t bits;
+    retrace::hls::token_word_t behind = 0;
+    if (name == "nodes" || name == "in_leaf" || name == "candidates") {
+      const retrace::hls::token_data_t word =
+          static_cast<const ::hls::stream<retrace::hls::token_data_t>&>(stream).newest();
+      bits = word;
+      behind = word >> 256;
+    } else if (name == "leaf_lines" || name == "triangle_lines") {
+      bits = static_cast<const ::hls::stream<retrace::hls::token_line_t>&>(stream).newest();
+    } else {
+      bits = static_cast<const ::hls::stream<retrace::hls::token_word_t>&>(stream).newest();
+    }
+    const retrace::hls::token t = retrace::hls::unpack_token(bits);
+    const auto phase = t.phase.to_int();
+    const auto way = t.way.to_int(), node = t.node.to_int(), ref = t.ref.to_int();
+    if (task == kLaunch) {
+      lap.ray = phase != retrace::hls::kTokenIdle && phase != retrace::hls::kTokenEnd;
+      lap.fresh = t.fresh == 1;
+      if (phase == retrace::hls::kTokenDown) read(lap, kNodeFetch, node / 2);
+      if (phase == retrace::hls::kTokenUp) read(lap, kNodeFetch, way / 2);
+    } else if (task == kStep && t.arrive == 1) {
+      read(lap, kLeafFetch, ref);
+    } else if (task == kLeafExit && t.arrive == 1) {
+      const ap_uint<64> base = behind >> 192;
+      list_base[t.id.to_uint()] = static_cast<std::int64_t>(base.to_uint64());
+    } else if (task == kListFetch && t.test == 1 && t.next > contract::kLeafInline) {
+      read(lap, kListFetch, (list_base[t.id.to_uint()] + t.next.to_int() - 1 - contract::kLeafInline) / 4);
+    } else if (task == kMailbox && t.test == 1 && t.skipped == 0) {
+      read(lap, kTriangleFetch, ref);
+      lap.work[kTriTest] = true;
+    } else if (task == kResult) {
+      lap.finished = lap.ray && phase == retrace::hls::kTokenIdle;
+    }
+  }
+};
+
+/// The bus of the memory: one transfer after another, each in the first free clocks.
+struct Bus {
+  std::vector<bool> taken;
+  int bytes;
+  std::int64_t transfer(std::int64_t from, int size) {
+    for (int left = (size + bytes - 1) / bytes; left > 0; ++from) {
+      if (static_cast<std::size_t>(from) >= taken.size()) taken.resize(2 * static_cast<std::size_t>(from) + 1024);
+      if (taken[static_cast<std::size_t>(from)]) continue;
+      taken[static_cast<std::size_t>(from)] = true;
+      --left;
+    }
+    return from;
+  }
+};
+
+int run(const std::string& name, int width, int height, int first, int last, int latency, int bytes, int outstanding) {
+  const Scene scene = open_scene(name);
+  const WorldTriangles world = flatten(scene);
+  const GridScene grid = snap(world);
+  const MemoryImage image = build_kd(grid);
+  const ViewCamera view = default_view(scene, world);
+  std::vector<GridRay> rays;
+  for (int y = first; y < last; ++y)
+    for (int x = 0; x < width; ++x)
+      rays.push_back(quantise(view.ray(x + 0.5, y + 0.5, width, height), grid.transform, grid.box, false));
+  std::erase_if(rays, [](const GridRay& ray) { return ray.outside; });
+  if (rays.empty() || rays.size() > 4096)
+    throw std::runtime_error("between 1 and 4096 rays that meet the scene, please");
+  Recorder recorder;
+  RingRun::of_thread().settings.on_write = [&](const ::hls::stream_base& stream) { recorder(stream); };
+  TraceOptions options;
+  options.threads = 1;
+  options.way_up = WayUp::kFaceLinks;
+  std::vector<Hit> hits(rays.size());
+  make_csim_engine(image, CsimKernel::kRing)->trace(rays, hits, {}, options);
+
+  constexpr std::size_t kCount = kTasks.size();
+  const std::size_t laps = recorder.laps.size() - 1;      // the last word is the end
+  std::array<std::vector<std::int64_t>, kCount> in, out;  // clock at which a task takes, hands on a token
+  std::array<std::vector<std::int64_t>, kCount> answers;
+  std::array<std::int64_t, kCount> starved{}, blocked{}, memory{}, work{}, misses{};
+  for (std::size_t s = 0; s < kCount; ++s) in[s].resize(laps), out[s].resize(laps);
+  Bus bus{{}, bytes};
+  std::vector<std::int64_t> launches, finishes;
+  std::int64_t setup = 0, last_finish = 0, ray_laps = 0;
+  for (std::size_t j = 0; j < laps; ++j) {
+    const Lap& lap = recorder.laps[j];
+    ray_laps += lap.ray;
+    for (std::size_t s = 0; s < kCount; ++s) {
+      std::int64_t arrives = 0;
+      if (s > 0) arrives = out[s - 1][j] + 1;
+      if (s == 0 && j >= RETRACE_RING_CONTEXTS) arrives = out[kResult][j - RETRACE_RING_CONTEXTS] + 1;
+      if (s == 0 && lap.fresh) {
+        const std::size_t number = launches.size();
+        setup = std::max(setup + kSetupInterval, number >= kSetups ? launches[number - kSetups] : 0);
+        bus.transfer(setup, contract::kRayBytes);
+        arrives = std::max(arrives, setup + latency);
+      }
+      const std::int64_t free = j > 0 ? in[s][j - 1] + 1 : 0;
+      // A pipeline holds as many tokens as it has stages.
+      const int depth = kTasks[s].latency + (kTasks[s].bytes ? latency : 0);
+      const std::int64_t room = j >= static_cast<std::size_t>(depth) ? out[s][j - depth] : 0;
+      std::int64_t takes = std::max({arrives, free, room});
+      if (arrives > std::max(free, room)) starved[s] += arrives - std::max(free, room);
+      if (room > std::max(free, arrives)) blocked[s] += room - std::max(free, arrives);
+      std::int64_t done = takes + depth;
+      if (lap.miss[s]) {
+        const std::size_t number = answers[s].size();
+        std::int64_t asks = takes + 3;
+        if (number >= static_cast<std::size_t>(outstanding)) asks = std::max(asks, answers[s][number - outstanding]);
+        const std::int64_t answer = bus.transfer(asks + latency, kTasks[s].bytes);
+        answers[s].push_back(answer);
+        if (answer + 2 > done) memory[s] += answer + 2 - done;
+        done = std::max(done, answer + 2);
+      }
+      if (j > 0) done = std::max(done, out[s][j - 1] + 1);
+      if (s + 1 < kCount && j >= kFifo) done = std::max(done, in[s + 1][j - kFifo]);
+      if (s == kResult && lap.finished) {
+        const std::size_t number = finishes.size();
+        if (number >= kFinishes) done = std::max(done, finishes[number - kFinishes]);
+        last_finish = std::max(done, last_finish + kFinishInterval);
+        finishes.push_back(last_finish);
+        bus.transfer(last_finish + 40, contract::kHitBytes);
+      }
+      if (s == 0 && lap.fresh) launches.push_back(takes);
+      in[s][j] = takes;
+      out[s][j] = done;
+      work[s] += lap.work[s];
+      misses[s] += lap.miss[s];
+    }
+  }
+  const auto count = static_cast<double>(rays.size());
+  const double clocks = static_cast<double>(last_finish);
+  std::int64_t moved = 0;
+  for (std::size_t s = 0; s < kCount; ++s) moved += misses[s] * kTasks[s].bytes;
+  std::printf(
+      "estimate, %s %dx%d rows %d-%d: %zu rays, %.1f clocks a ray, of which %.1f laps of its token; %d tokens, memory "
+      "%d clocks, %d bytes a "
+      "clock, %d reads a port; %.0f bytes read a ray without the rays\n",
+      name.c_str(), width, height, first, last, rays.size(), clocks / count, static_cast<double>(ray_laps) / count,
+      RETRACE_RING_CONTEXTS, latency, bytes, outstanding, static_cast<double>(moved) / count);
+  std::printf("%-15s %8s %8s | clocks a ray: %8s %8s %8s\n", "task", "work/ray", "miss/ray", "starved", "blocked",
+              "memory");
+  for (std::size_t s = 0; s < kCount; ++s)
+    std::printf("%-15s %8.2f %8.2f | %14s %8.2f %8.2f %8.2f\n", kTasks[s].name, static_cast<double>(work[s]) / count,
+                static_cast<double>(misses[s]) / count, "", static_cast<double>(starved[s]) / count,
+                static_cast<double>(blocked[s]) / count, static_cast<double>(memory[s]) / count);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string name = argc > 1 ? argv[1] : "room";
+  int width = 640, height = 480, first = 200, last = 206;
+  const auto number = [&](int index, int otherwise) { return argc > index ? std::atoi(argv[index]) : otherwise; };
+  if ((argc > 2 && std::sscanf(argv[2], "%dx%d", &width, &height) != 2) ||
+      (argc > 3 && std::sscanf(argv[3], "%d-%d", &first, &last) != 2) || number(4, 60) < 1 || number(5, 16) < 1 ||
+      number(6, 16) < 1 || width < 1 || first < 0 || last <= first || last > height) {
+    std::fprintf(stderr, "usage: ring_model [SCENE [WIDTHxHEIGHT [FIRST-LAST [LATENCY [BYTES [OUTSTANDING]]]]]]\n");
+    return 2;
+  }
+  try {
+    return run(name, width, height, first, last, number(4, 60), number(5, 16), number(6, 16));
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "ring_model: %s\n", error.what());
+    return 1;
+  }
+}
