@@ -16,15 +16,17 @@ inline ring_word64_t pack_lines(const ray_setup_out_record& ray, int axis) {
 
 extern "C" void ring_launch(
     hls::stream<retrace::hls::ray_setup_out_word_t>& setups, hls::stream<retrace::hls::token_word_t>& ready,
-    hls::stream<retrace::hls::token_word_t>& step_rays, hls::stream<retrace::hls::token_word_t>& exit_rays,
-    hls::stream<retrace::hls::token_word_t>& test_rays, hls::stream<retrace::hls::ring_word64_t>& result_rays,
-    hls::stream<retrace::hls::token_word_t>& tokens, ap_uint<32> ray_count, ap_uint<32> contexts) {
+    hls::stream<retrace::hls::token_word_t>& step_rays, hls::stream<retrace::hls::token_word_t>& step_rays_2,
+    hls::stream<retrace::hls::token_word_t>& exit_rays, hls::stream<retrace::hls::token_word_t>& test_rays,
+    hls::stream<retrace::hls::ring_word64_t>& result_rays, hls::stream<retrace::hls::token_word_t>& tokens,
+    ap_uint<32> ray_count, ap_uint<32> contexts) {
   using namespace retrace::hls;
   namespace contract = retrace::contract;
   // clang-format off
 #pragma HLS interface mode=axis port=setups
 #pragma HLS interface mode=axis port=ready
 #pragma HLS interface mode=axis port=step_rays
+#pragma HLS interface mode=axis port=step_rays_2
 #pragma HLS interface mode=axis port=exit_rays
 #pragma HLS interface mode=axis port=test_rays
 #pragma HLS interface mode=axis port=result_rays
@@ -48,6 +50,7 @@ LAUNCH:
     if (t.phase == kTokenIdle && next_ray != ray_count) {
       const ray_setup_out_record ray = read_ray_setup_out(setups.read());
       step_rays.write(ring_join(pack_slab(ray, 0), pack_slab(ray, 1), pack_slab(ray, 2), ring_word64_t(0)));
+      step_rays_2.write(ring_join(pack_slab(ray, 0), pack_slab(ray, 1), pack_slab(ray, 2), ring_word64_t(0)));
       exit_rays.write(ring_join(pack_slab(ray, 0), pack_slab(ray, 1), pack_slab(ray, 2), ring_word64_t(0)));
       test_rays.write(ring_join(pack_lines(ray, 0), pack_lines(ray, 1), pack_lines(ray, 2), ring_word64_t(0)));
       ring_word64_t rest = ring_word64_t(next_ray);

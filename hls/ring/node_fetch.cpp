@@ -36,7 +36,8 @@ NODE_FETCH:
     pair_index_t index = t.node >> 1;
     if (t.phase == kTokenUp) index = t.way >> 1;
     word_t pair = 0;
-    if ((t.phase == kTokenDown || t.phase == kTokenUp) && token_steps(t, step_limit)) {
+    const bool wants = (t.phase == kTokenDown && !t.arrive) || t.phase == kTokenUp;
+    if (wants && token_steps(t, step_limit)) {
       if (index >= pair_count) {
         token_fails(t, contract::kStatusBadIndex);
       } else {

@@ -9,7 +9,7 @@ void ring_region(RETRACE_RING_PORTS, const retrace::hls::image_view& view, ap_ui
 #define RETRACE_RING_STREAM(name, word, places, writer, reader) \
   hls::stream<word> name;                                       \
   RT_DEPTH(name, places)
-#define RETRACE_RING_TASK(name, arguments) ring_##name arguments;
+#define RETRACE_RING_TASK(name, function, arguments) ring_##function arguments;
   RETRACE_RING_STREAMS(RETRACE_RING_STREAM)
   RETRACE_RING_TASKS(RETRACE_RING_TASK)
 #undef RETRACE_RING_STREAM

@@ -6,6 +6,7 @@ extern "C" void retrace_ring(RETRACE_RING_PORTS, ap_uint<32> image_lines, ap_uin
   // clang-format off
 #if !defined(__BAMBU__)  // which checks the tasks one by one
   RT_MEMORY(pairs, gmem_pairs, RETRACE_COSIM_IMAGE_WORDS)
+  RT_MEMORY(pairs_2, gmem_pairs_2, RETRACE_COSIM_IMAGE_WORDS)
   RT_MEMORY(leaves, gmem_leaves, RETRACE_COSIM_IMAGE_WORDS)
   RT_MEMORY(list, gmem_list, RETRACE_COSIM_IMAGE_WORDS)
   RT_MEMORY(triangles, gmem_triangles, RETRACE_COSIM_IMAGE_WORDS)
@@ -27,6 +28,6 @@ extern "C" void retrace_ring(RETRACE_RING_PORTS, ap_uint<32> image_lines, ap_uin
   const ap_uint<32> parent_links = options[0] == 1;
   const ap_uint<32> mailbox = options[1] == 1;
   const ap_uint<32> write_work = options[2] == 1;
-  ring_region(pairs, leaves, list, triangles, rays, hits, work, summary, view, rays_to_trace, RETRACE_RING_CONTEXTS,
-              parent_links, mailbox, write_work, fault);
+  ring_region(pairs, pairs_2, leaves, list, triangles, rays, hits, work, summary, view, rays_to_trace,
+              RETRACE_RING_CONTEXTS, parent_links, mailbox, write_work, fault);
 }

@@ -28,7 +28,7 @@ STEP:
     word_t words[kNodePairWords];
     words[0] = bits >> 256;
     const node_pair_record pair = unpack_node_pair(words);
-    if (t.phase == kTokenDown) {
+    if (t.phase == kTokenDown && !t.arrive) {
       const flag_t right = t.node;
       position_t split = pair.left_split;
       axis_t axis = pair.left_axis;
@@ -58,7 +58,7 @@ STEP:
         down.negative = slab.negative;
         down.t = t.t;
         t.node = kd_descend(down).node;
-        t.down = 1;
+        t.down += 1;
       }
     } else if (t.phase == kTokenUp) {
       const flag_t right = t.way;
@@ -76,7 +76,7 @@ STEP:
         up.parent_child = pair.right_child;
       }
       const kd_backtrack_out_record turn = kd_backtrack(up);
-      t.up = 1;
+      t.up += 1;
       t.node = turn.node;
       t.way = pair.parent;
       if (turn.bad) {

@@ -26,6 +26,7 @@ void ring_ray_setup(hls::stream<retrace::hls::token_word_t>& rays_in,
                     ap_uint<32> box_2, ap_uint<32> box_3, ap_uint<32> box_4, ap_uint<32> box_5, ap_uint<32> ray_count);
 void ring_launch(hls::stream<retrace::hls::ray_setup_out_word_t>& setups,
                  hls::stream<retrace::hls::token_word_t>& ready, hls::stream<retrace::hls::token_word_t>& step_rays,
+                 hls::stream<retrace::hls::token_word_t>& step_rays_2,
                  hls::stream<retrace::hls::token_word_t>& exit_rays, hls::stream<retrace::hls::token_word_t>& test_rays,
                  hls::stream<retrace::hls::ring_word64_t>& result_rays, hls::stream<retrace::hls::token_word_t>& tokens,
                  ap_uint<32> ray_count, ap_uint<32> contexts);

@@ -42,13 +42,13 @@ struct token {
   triangle_index_t next;  // reference of the leaf
   triangle_index_t ref;   // leaf record, then triangle
   // What happened in this lap.
-  flag_t fresh;    // launched: the units take the ray's constants
-  flag_t down;     // went down a node
-  flag_t up;       // went up
-  flag_t arrive;   // has to fetch its leaf, then: has it
-  flag_t test;     // has a reference
-  flag_t skipped;  // which the mailbox knows
-  flag_t last;     // of the leaf
+  flag_t fresh;     // launched: the units take the ray's constants
+  ap_uint<2> down;  // nodes it went down
+  ap_uint<2> up;    // nodes it went up
+  flag_t arrive;    // has to fetch its leaf, then: has it
+  flag_t test;      // has a reference
+  flag_t skipped;   // which the mailbox knows
+  flag_t last;      // of the leaf
 };
 
 inline token_word_t ring_join(const ring_word64_t& w0, const ring_word64_t& w1, const ring_word64_t& w2,
@@ -86,8 +86,8 @@ inline token_word_t pack_token(const token& t) {
   ring_push(w2, ring_word64_t(ap_uint<contract::kPositionBits>(t.plane)), contract::kPositionBits);
   ring_push(w2, ring_word64_t(ap_uint<contract::kTBits>(t.t_exit)), contract::kTBits);
   ring_word64_t w3 = ring_word64_t(t.fresh);
-  ring_push(w3, ring_word64_t(t.down), 1);
-  ring_push(w3, ring_word64_t(t.up), 1);
+  ring_push(w3, ring_word64_t(t.down), 2);
+  ring_push(w3, ring_word64_t(t.up), 2);
   ring_push(w3, ring_word64_t(t.arrive), 1);
   ring_push(w3, ring_word64_t(t.test), 1);
   ring_push(w3, ring_word64_t(t.skipped), 1);
@@ -123,8 +123,8 @@ inline token unpack_token(const token_word_t& bits) {
   t.test = w3 >> 50;
   t.arrive = w3 >> 51;
   t.up = w3 >> 52;
-  t.down = w3 >> 53;
-  t.fresh = w3 >> 54;
+  t.down = w3 >> 54;
+  t.fresh = w3 >> 56;
   return t;
 }
 

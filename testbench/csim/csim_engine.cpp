@@ -129,8 +129,9 @@ class Simulation final : public CsimEngine {
                     work_memory, summary.data(), lines, inside.size(), bits);
     } else {
       const auto* image_lines = reinterpret_cast<const hls::line_t*>(image_.data());
-      retrace_ring(image, image_lines, image, image_lines, reinterpret_cast<const hls::token_word_t*>(ray_words.data()),
-                   hit_memory, work_memory, summary.data(), lines, inside.size(), bits);
+      retrace_ring(image, image, image_lines, image, image_lines,
+                   reinterpret_cast<const hls::token_word_t*>(ray_words.data()), hit_memory, work_memory,
+                   summary.data(), lines, inside.size(), bits);
     }
     check_fault(summary);
 

@@ -11,13 +11,13 @@
 #include <array>
 #include <cstdio>
 #include <cstdlib>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "golden/tree/kd_builder.hpp"
 #include "golden/render/view.hpp"
 #include "scenes/open_scene.hpp"
-#include "testbench/csim/csim_engine.hpp"
 #include "testbench/csim/ring_run.hpp"
 
 namespace {
@@ -31,9 +31,11 @@ struct TaskModel {
   int bytes;           // of a read, 0 without a port
   int lines;           // of the cache
 };
-constexpr std::array<TaskModel, 10> kTasks{{{"launch", "launched", 4, 0, 0},
+constexpr std::array<TaskModel, 12> kTasks{{{"launch", "launched", 4, 0, 0},
                                             {"node_fetch", "nodes", 5, 16, 1024},
                                             {"step", "stepped", 12, 0, 0},
+                                            {"node_fetch_2", "nodes_2", 5, 16, 1024},
+                                            {"step_2", "stepped_2", 12, 0, 0},
                                             {"leaf_fetch", "leaf_lines", 5, 64, 256},
                                             {"leaf_exit", "in_leaf", 14, 0, 0},
                                             {"list_fetch", "references", 8, 16, 256},
@@ -41,7 +43,20 @@ constexpr std::array<TaskModel, 10> kTasks{{{"launch", "launched", 4, 0, 0},
                                             {"triangle_fetch", "triangle_lines", 5, 64, 512},
                                             {"tri_test", "candidates", 50, 0, 0},
                                             {"result", "ready", 8, 0, 0}}};
-enum { kLaunch, kNodeFetch, kStep, kLeafFetch, kLeafExit, kListFetch, kMailbox, kTriangleFetch, kTriTest, kResult };
+enum {
+  kLaunch,
+  kNodeFetch,
+  kStep,
+  kNodeFetch2,
+  kStep2,
+  kLeafFetch,
+  kLeafExit,
+  kListFetch,
+  kMailbox,
+  kTriangleFetch,
+  kTriTest,
+  kResult
+};
 constexpr int kSetupInterval = 8, kFinishInterval = 8, kFifo = 2, kSetups = 32, kFinishes = 64;
 
 /// What one token does in one lap.
@@ -77,7 +92,7 @@ struct Recorder {
     // Word types differ; the token is in the low 256 bits.
     retrace::hls::token_word_t bits;
     retrace::hls::token_word_t behind = 0;
-    if (name == "nodes" || name == "in_leaf" || name == "candidates") {
+    if (name == "nodes" || name == "nodes_2" || name == "in_leaf" || name == "candidates") {
       const retrace::hls::token_data_t word =
           static_cast<const ::hls::stream<retrace::hls::token_data_t>&>(stream).newest();
       bits = word;
@@ -95,7 +110,10 @@ struct Recorder {
       lap.fresh = t.fresh == 1;
       if (phase == retrace::hls::kTokenDown) read(lap, kNodeFetch, node / 2);
       if (phase == retrace::hls::kTokenUp) read(lap, kNodeFetch, way / 2);
-    } else if (task == kStep && t.arrive == 1) {
+    } else if (task == kStep && t.arrive == 0) {
+      if (phase == retrace::hls::kTokenDown) read(lap, kNodeFetch2, node / 2);
+      if (phase == retrace::hls::kTokenUp) read(lap, kNodeFetch2, way / 2);
+    } else if (task == kStep2 && t.arrive == 1) {
       read(lap, kLeafFetch, ref);
     } else if (task == kLeafExit && t.arrive == 1) {
       const ap_uint<64> base = behind >> 192;
@@ -137,15 +155,19 @@ int run(const std::string& name, int width, int height, int first, int last, int
     for (int x = 0; x < width; ++x)
       rays.push_back(quantise(view.ray(x + 0.5, y + 0.5, width, height), grid.transform, grid.box, false));
   std::erase_if(rays, [](const GridRay& ray) { return ray.outside; });
-  if (rays.empty() || rays.size() > 4096)
-    throw std::runtime_error("between 1 and 4096 rays that meet the scene, please");
+  if (rays.empty()) throw std::runtime_error("no ray meets the scene");
   Recorder recorder;
   RingRun::of_thread().settings.on_write = [&](const ::hls::stream_base& stream) { recorder(stream); };
-  TraceOptions options;
-  options.threads = 1;
-  options.way_up = WayUp::kFaceLinks;
-  std::vector<Hit> hits(rays.size());
-  make_csim_engine(image, CsimKernel::kRing)->trace(rays, hits, {}, options);
+  constexpr std::size_t kRayWords64 = contract::RayRecord::kWords;
+  std::vector<std::uint64_t> ray_words(kRayWords64 * rays.size()), hits(2 * rays.size()), unused(2);
+  for (std::size_t i = 0; i < rays.size(); ++i) rays[i].record.pack(&ray_words[kRayWords64 * i]);
+  std::array<ap_uint<64>, kSummaryWords> summary;
+  const auto* words = reinterpret_cast<const retrace::hls::word_t*>(image.words().data());
+  const auto* lines = reinterpret_cast<const retrace::hls::line_t*>(image.words().data());
+  retrace_ring(words, words, lines, words, lines, reinterpret_cast<const retrace::hls::token_word_t*>(ray_words.data()),
+               reinterpret_cast<retrace::hls::word_t*>(hits.data()),
+               reinterpret_cast<retrace::hls::word_t*>(unused.data()), summary.data(),
+               image.words().size() / MemoryImage::kLineWords, rays.size(), 0);
 
   constexpr std::size_t kCount = kTasks.size();
   const std::size_t laps = recorder.laps.size() - 1;      // the last word is the end
@@ -225,7 +247,7 @@ int run(const std::string& name, int width, int height, int first, int last, int
 
 int main(int argc, char** argv) {
   const std::string name = argc > 1 ? argv[1] : "room";
-  int width = 640, height = 480, first = 200, last = 206;
+  int width = 640, height = 480, first = 200, last = 216;
   const auto number = [&](int index, int otherwise) { return argc > index ? std::atoi(argv[index]) : otherwise; };
   if ((argc > 2 && std::sscanf(argv[2], "%dx%d", &width, &height) != 2) ||
       (argc > 3 && std::sscanf(argv[3], "%d-%d", &first, &last) != 2) || number(4, 60) < 1 || number(5, 16) < 1 ||

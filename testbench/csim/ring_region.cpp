@@ -24,7 +24,7 @@ void ring_region(RETRACE_RING_PORTS, const retrace::hls::image_view& view, ap_ui
   ::hls::stream<word> name(#name, depth_of(#name, places));     \
   scheduler.connect(name, #writer, #reader);
   RETRACE_RING_STREAMS(RETRACE_RING_STREAM)
-#define RETRACE_RING_TASK(name, arguments) scheduler.add(#name, [&] { ring_##name arguments; });
+#define RETRACE_RING_TASK(name, function, arguments) scheduler.add(#name, [&] { ring_##function arguments; });
   RETRACE_RING_TASKS(RETRACE_RING_TASK)
   run.report.tasks = scheduler.run();
   run.report.words.clear();

@@ -46,8 +46,8 @@ static int run(const char* what, int options, std::uint64_t seed, std::uint32_t 
   ring.throws = false;
   ring.settings.seed = seed;
   ring.settings.contexts = contexts;
-  retrace_ring(words.data(), lines.data(), words.data(), lines.data(), rays.data(), hits.data(), work.data(), summary,
-               image_words / 8, kRayCount, options);
+  retrace_ring(words.data(), words.data(), lines.data(), words.data(), lines.data(), rays.data(), hits.data(),
+               work.data(), summary, image_words / 8, kRayCount, options);
   int wrong = summary[kSummaryStatus] != kFaultNone || summary[kSummaryRays] != kRayCount;
   for (int i = 0; i < kRayCount; ++i) {
     if (hits[i] == expected[i]) continue;

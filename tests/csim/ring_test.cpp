@@ -157,7 +157,7 @@ struct SmallRun {
     RingRun& run = RingRun::of_thread();
     run.settings = settings;
     run.throws = false;
-    retrace_ring(image, lines, image, lines, reinterpret_cast<const hls::token_word_t*>(rays.data()),
+    retrace_ring(image, image, lines, image, lines, reinterpret_cast<const hls::token_word_t*>(rays.data()),
                  reinterpret_cast<hls::word_t*>(hits.data()), reinterpret_cast<hls::word_t*>(work.data()),
                  summary.data(), c.image.words().size() / MemoryImage::kLineWords, count, options);
     run.settings = {};
@@ -169,8 +169,8 @@ struct SmallRun {
 
 /// The least depths: one word everywhere but in `ready`. While `launch` brings the last token, the others stand in `ready` or between: one in
 /// `result`, which waits for `ready`, and one behind it whose constants are the word in `result_rays`; so `ready` needs two places less than there
-/// are tokens. Where the streams of constants are deep, the others may fill the whole ring: 9 streams of one word and 9 tasks that hold a token each.
-constexpr std::uint32_t kPlacesLeast = 2, kPlacesDeep = 18;
+/// are tokens. Where the streams of constants are deep, the others may fill the whole ring: 11 streams of one word and 11 tasks that hold a token each.
+constexpr std::uint32_t kPlacesLeast = 2, kPlacesDeep = 22;
 RingSettings least(std::uint32_t contexts, std::uint64_t seed, bool deep = false) {
   RingSettings settings;
   settings.seed = seed;
@@ -179,7 +179,8 @@ RingSettings least(std::uint32_t contexts, std::uint64_t seed, bool deep = false
   const std::uint32_t places = deep ? kPlacesDeep : kPlacesLeast;
   settings.depths["ready"] = contexts > places ? contexts - places : 1;
   if (deep)
-    for (const char* name : {"step_rays", "exit_rays", "test_rays", "result_rays"}) settings.depths[name] = 64;
+    for (const char* name : {"step_rays", "step_rays_2", "exit_rays", "test_rays", "result_rays"})
+      settings.depths[name] = 64;
   return settings;
 }
 
@@ -205,12 +206,12 @@ TEST(Ring, no_order_of_the_tasks_changes_a_bit_or_deadlocks_at_the_least_depths)
     ASSERT_EQ(report.tasks.text, "") << "seed " << seed + schedule << " contexts " << contexts;
     ASSERT_EQ(found, expected[i]) << "seed " << seed + schedule << " contexts " << contexts;
     // Tokens: as many words on every stream between launch and result; all but the end come back, and nothing stays.
-    for (const char* name :
-         {"nodes", "stepped", "leaf_lines", "in_leaf", "references", "wanted", "triangle_lines", "candidates"})
+    for (const char* name : {"nodes", "stepped", "nodes_2", "stepped_2", "leaf_lines", "in_leaf", "references",
+                             "wanted", "triangle_lines", "candidates"})
       ASSERT_EQ(report.words.at(name), report.words.at("launched")) << name << " seed " << seed + schedule;
     ASSERT_EQ(report.words.at("ready") + 1, report.words.at("launched"));
     for (const char* name :
-         {"ray_words", "setups", "step_rays", "exit_rays", "test_rays", "result_rays", "finished_hits"})
+         {"ray_words", "setups", "step_rays", "step_rays_2", "exit_rays", "test_rays", "result_rays", "finished_hits"})
       ASSERT_EQ(report.words.at(name), runs[i].count + (std::string(name) == "finished_hits")) << name;
     switches += report.tasks.switches;
   }
@@ -220,13 +221,14 @@ TEST(Ring, no_order_of_the_tasks_changes_a_bit_or_deadlocks_at_the_least_depths)
 
 TEST(Ring, one_word_less_than_the_least_depth_deadlocks_and_the_streams_are_named) {
   const std::uint64_t seed = test_seed();
-  const Case c("box", 60, seed);
-  const SmallRun run(c, 30);
+  const Case c("box", 90, seed);
+  const SmallRun run(c, 40);  // more rays than tokens
   const std::vector<std::string> short_cycle{"ready", "result_rays"};
-  const std::vector<std::string> whole_ring{"ready",   "launched",   "nodes",  "stepped",        "leaf_lines",
-                                            "in_leaf", "references", "wanted", "triangle_lines", "candidates"};
+  const std::vector<std::string> whole_ring{"ready",      "launched",  "nodes",          "stepped",
+                                            "nodes_2",    "stepped_2", "leaf_lines",     "in_leaf",
+                                            "references", "wanted",    "triangle_lines", "candidates"};
   for (const bool deep : {false, true})
-    for (const std::uint32_t contexts : {20U, 27U})
+    for (const std::uint32_t contexts : {24U, 31U})
       for (std::uint64_t schedule = 0; schedule < 15; ++schedule) {
         RingSettings settings = least(contexts, schedule == 0 ? 0 : seed + schedule, deep);
         const std::string where =

@@ -12,7 +12,7 @@ ROOT = os.path.dirname(os.path.dirname(HERE))
 RULES = {"master", "ends", "carried", "interval"}
 BREAKS = [("step.cpp", "  RT_LAP(rays)\n", "", "carried"), ("step.cpp", "RT_PIPELINE(1)  // one node a token", "RT_PIPELINE(1)", "interval"),
           ("hit_writer.cpp", "    const ap_uint<32> index = tail;\n", "    const ap_uint<32> index = tail;\n    hits[0] = 0;\n", "master"),
-          ("ring.hpp", "TASK(step, (nodes, step_rays, stepped))", "TASK(step, (nodes, exit_rays, stepped))", "ends")]
+          ("ring.hpp", "TASK(step, step, (nodes, step_rays, stepped))", "TASK(step, step, (nodes, exit_rays, stepped))", "ends")]
 
 
 def check(options, path):
