@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
-#include "golden/tree/kd_builder.hpp"
 #include "golden/render/view.hpp"
+#include "golden/tree/kd_builder.hpp"
 #include "scenes/open_scene.hpp"
 #include "testbench/csim/ring_run.hpp"
 
