@@ -17,7 +17,7 @@
 //             next one takes its way; of the hits of one clock one is seen, so that a line may be kept longer. Where no other is free, a miss
 //             takes an MSHR that only keeps a line, but in the last sixteenth of every 2^LeaseBits clocks and with keep_i: in that time whoever is woken
 //             gets its line. As a waiter may have gone (an any-hit ray that is done), freshness ends after one to two sixteenths: no set is closed longer. Clocks
-//             in which nobody is taken who is woken, or in which the waiters of the line are yet to be woken, do not count.
+//             in which some are woken and none is taken, or in which the waiters of the line are yet to be woken, do not count.
 // Fill        Beats may come in any order between miss registers; they go into the data RAMs as they come. A line with an error becomes invalid.
 // Flush       flush_i starts it, flushing_o is high until all tags are invalid (Sets clocks). No lookups before the first flush and during one.
 // Structure   Ports x Ways x (WordBits / DataBits) RAMs with the same contents for each port; a word is what one lookup reads. Tags with their
@@ -376,7 +376,7 @@ module rt_cache #(
 
   mshrs_t seen;  // the line of the hit
   logic   lease_goes;
-  assign lease_goes = (wake_valid_o & ~wake_ready_i) == '0;
+  assign lease_goes = wake_valid_o == '0 || (wake_valid_o & wake_ready_i) != '0;
   always_comb begin
     for (int unsigned m = 0; m < Mshrs; m++) seen[m] = seen_q && mshr_key_q[m][SetBits-1:0] == seen_set_q && way_q[m] == seen_way_q;
   end

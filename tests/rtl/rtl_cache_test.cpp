@@ -60,6 +60,7 @@ struct Waiter {
   enum { kIdle, kReady, kLooking, kWaiting } state = kIdle;
   unsigned key = 0, word = 0;
   std::uint64_t since = 0;  // clock in which it began to want its line
+  std::uint64_t held = 0;   // Side::held in that clock
 };
 
 /// One cache, those who use it, and the memory behind it.
@@ -74,6 +75,7 @@ struct Side {
   std::array<std::array<int, kLatency>, kMaxPorts>
       looking{};                               // who looked up one, two, three clocks ago; -1 for nobody
   std::array<int, kMaxPorts> answers{};        // who is answered in this clock
+  std::uint64_t held = 0;                      // clocks in which some were woken and none was taken
   std::set<unsigned> readable{};               // lines that were fetched since the last flush
   std::map<unsigned, std::uint64_t> failed{};  // line -> clock in which the last beat of a bad fetch came
   struct Fetch {
@@ -106,7 +108,7 @@ struct Side {
         auto& waiter = waiters[p][static_cast<std::size_t>(w)];
         if (waiter.state != Waiter::kIdle || draining || !(load.exact() || random.chance(4))) continue;
         waiter = {Waiter::kReady, key_of(static_cast<unsigned>(random.below(load.keys))),
-                  static_cast<unsigned>(random.below(static_cast<std::uint64_t>(is.words))), bench.clock()};
+                  static_cast<unsigned>(random.below(static_cast<std::uint64_t>(is.words))), bench.clock(), held};
         ready[p].push_back(w);
       }
       int who = -1;
@@ -147,12 +149,17 @@ struct Side {
 
   // Between settle() and rise().
   void sample(Bench& bench) {
+    bool woken_here = false, taken = false;
     for (int p = 0; p < is.ports; ++p) {
+      const bool wakes = bit(bench->wake_valid_o[cache], p);
+      woken_here = woken_here || wakes;
+      taken = taken || (wakes && bit(bench->wake_ready_i[cache / 4], cache % 4 * kMaxPorts + p));
       ASSERT_EQ(bit(bench->rsp_valid_o[cache], p), answers[p] >= 0) << "port " << p;
       if (answers[p] >= 0) ASSERT_NO_FATAL_FAILURE(answered(bench, p));
-      if (bit(bench->wake_valid_o[cache], p) && bit(bench->wake_ready_i[cache / 4], cache % 4 * kMaxPorts + p))
+      if (wakes && bit(bench->wake_ready_i[cache / 4], cache % 4 * kMaxPorts + p))
         ASSERT_NO_FATAL_FAILURE(woken(bench, p));
     }
+    if (woken_here && !taken) ++held;
     if (filling) {
       auto& fetch = fetches.at(*filling);
       if (fetch.beat == fetch.error_beat) failed[fetch.key] = bench.clock();
@@ -221,11 +228,13 @@ struct Side {
     waiter.state = Waiter::kIdle;
   }
 
-  std::uint64_t oldest(const Bench& bench) const {  // clocks that the one who waits longest has waited
+  // Clocks that the one who waits longest has waited, but for those in which some are woken and none is taken: the lease stands still in them.
+  std::uint64_t oldest(const Bench& bench) const {
     std::uint64_t oldest = 0;
     for (const auto& port : waiters)
       for (const auto& waiter : port)
-        if (waiter.state != Waiter::kIdle) oldest = std::max(oldest, bench.clock() - waiter.since);
+        if (waiter.state != Waiter::kIdle)
+          oldest = std::max(oldest, bench.clock() - waiter.since - (held - waiter.held));
     return oldest;
   }
   bool idle() const {
