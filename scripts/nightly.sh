@@ -13,7 +13,6 @@ run stages "build/release/testbench/stages/rtl_stages --vectors 100000000"
 run netlists "scripts/netlist_sim.sh all"
 run watertight "build/release/testbench/csim/tb_watertight knot ${RETRACE_SEED:-1} 10000000"
 run mutants "scripts/mutants.sh"
-run core_mutants "scripts/mutants.sh --only top/"
 
 if [ "${1:-}" = --list ]; then
   for name in "${names[@]}"; do printf '%-14s %s\n' "$name" "${commands[$name]}"; done

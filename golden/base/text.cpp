@@ -25,4 +25,19 @@ std::string with_unit(double value) {
   return text;
 }
 
+std::string escape_xml(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '<')
+      out += "&lt;";
+    else if (c == '>')
+      out += "&gt;";
+    else if (c == '&')
+      out += "&amp;";
+    else
+      out += c;
+  }
+  return out;
+}
+
 }  // namespace retrace

@@ -61,6 +61,29 @@ std::unique_ptr<Engine> make_engine(const std::string& specification, const Grid
   return kind.make(scene, image, argument_of(specification));
 }
 
+std::vector<std::string> parse_engines(const std::string& list) {
+  std::vector<std::string> names;
+  for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
+    end = list.find(',', begin);
+    const std::string name = list.substr(begin, end - begin);
+    if (std::find(names.begin(), names.end(), name) != names.end())
+      throw UsageError("--engines names " + name + " twice");
+    names.push_back(name);
+  }
+  return names;
+}
+
+std::vector<std::size_t> places_held_against(std::span<const std::string> engines) {
+  std::vector<std::size_t> places;
+  std::size_t first_fixed = engines.size();
+  for (std::size_t i = 0; i < engines.size(); ++i) {
+    const bool fixed = find_engine(engines[i]).fixed_point;
+    if (fixed) first_fixed = std::min(first_fixed, i);
+    places.push_back(fixed && first_fixed < i ? first_fixed : 0);
+  }
+  return places;
+}
+
 void check_options(const std::string& specification, const TraceOptions& options) {
   const EngineKind& kind = find_engine(specification);
   if (kind.check) kind.check(argument_of(specification));

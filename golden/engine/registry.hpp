@@ -62,6 +62,11 @@ void register_engines();
 std::span<const EngineKind> engine_kinds();
 /// The kind that "name" or "name:argument" means. Throws UsageError that lists the known ones.
 const EngineKind& find_engine(const std::string& specification);
+/// The engines of a list such as "golden,csim". Throws UsageError if one is named twice.
+std::vector<std::string> parse_engines(const std::string& list);
+/// Of each engine of a list, the place of the one that it is held against: the first, but for a fixed-point engine rather the first fixed-point
+/// one, because then nothing less than the same bits will do. The first stands for itself.
+std::vector<std::size_t> places_held_against(std::span<const std::string> engines);
 std::unique_ptr<Engine> make_engine(const std::string& specification, const GridScene& scene, const MemoryImage& image);
 /// Throws UsageError if the engine does not know the way up or the size of the mailbox, or an option of its own is wrong.
 void check_options(const std::string& specification, const TraceOptions& options);

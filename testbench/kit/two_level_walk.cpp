@@ -5,22 +5,12 @@
 #include <tuple>
 
 #include "reference.hpp"
+#include "stage_inputs.hpp"
 
 namespace retrace {
 namespace {
 
 constexpr auto kBad = static_cast<std::uint32_t>(contract::kStatusBadRecord);
-
-struct Node {
-  std::int32_t split;
-  std::uint32_t axis, child;
-};
-
-Node node_of(const MemoryImage& image, std::uint32_t index) {
-  const auto pair = image.pair(index >> 1);
-  if (index & 1) return {pair.right_split, pair.right_axis, pair.right_child};
-  return {pair.left_split, pair.left_axis, pair.left_child};
-}
 
 /// Down from the root, across faces by links. `visit(leaf, t_exit)` says whether the ray is finished.
 template <typename Visit>
@@ -28,31 +18,14 @@ void walk_tree(const MemoryImage& image, const contract::RaySetupOutRecord& ray,
   std::uint32_t index = 0;
   std::int32_t t = 0;
   for (std::uint32_t step = 0; step < image.header().step_limit; ++step) {
-    const Node node = node_of(image, index);
+    const WalkedNode node = node_of(image, index);
     if (node.axis != contract::kAxisLeaf) {
       ++down;
-      contract::KdDescendInRecord in;
-      in.split = node.split;
-      in.child = node.child;
-      in.origin = ray.origin[node.axis];
-      in.reciprocal = ray.reciprocal[node.axis];
-      in.shift = ray.shift[node.axis];
-      in.zero = ray.zero[node.axis];
-      in.negative = ray.negative[node.axis];
-      in.t = t;
-      index = reference::kd_descend(in).node;
+      index = reference::kd_descend(kd_descend_in(node, ray, t)).node;
       continue;
     }
     const auto leaf = image.leaf(node.child);
-    contract::LeafExitInRecord in;
-    in.bound = leaf.bound;
-    in.origin = ray.origin;
-    in.reciprocal = ray.reciprocal;
-    in.shift = ray.shift;
-    in.zero = ray.zero;
-    in.negative = ray.negative;
-    in.t = t;
-    const auto exit = reference::leaf_exit(in);
+    const auto exit = reference::leaf_exit(leaf_exit_in(leaf, ray, t));
     // An object's ray that passes its root box by within the tolerance of the entry leaves it behind itself: nothing is there.
     if (exit.broken || !exit.exits) return;
     if (visit(leaf, static_cast<std::uint32_t>(exit.t_exit))) return;
@@ -63,19 +36,7 @@ void walk_tree(const MemoryImage& image, const contract::RaySetupOutRecord& ray,
 }
 
 contract::TriTestOutRecord test(const contract::TriangleRecord& triangle, const contract::RaySetupOutRecord& ray) {
-  contract::TriTestInRecord in;
-  in.u = triangle.u;
-  in.v = triangle.v;
-  in.n = triangle.n;
-  in.offset_u = triangle.offset_u;
-  in.offset_v = triangle.offset_v;
-  in.offset_n = triangle.offset_n;
-  in.exponent_u = triangle.exponent_u;
-  in.exponent_v = triangle.exponent_v;
-  in.id = triangle.id;
-  in.origin = ray.origin;
-  in.direction = ray.direction;
-  return reference::tri_test(in);
+  return reference::tri_test(tri_test_in(triangle, ray));
 }
 
 contract::RaySetupOutRecord state_of(const contract::InstanceEnterOutRecord& entry) {
@@ -93,15 +54,7 @@ contract::RaySetupOutRecord state_of(const contract::InstanceEnterOutRecord& ent
 
 contract::InstanceEnterOutRecord enter(const contract::InstanceRecord& record, const contract::RayRecord& ray,
                                        std::uint32_t reach) {
-  contract::InstanceEnterInRecord in;
-  in.m = record.m;
-  in.b = record.b;
-  in.e = record.e;
-  in.box = record.box;
-  in.origin = ray.origin;
-  in.direction = ray.direction;
-  in.reach = reach;
-  return reference::instance_enter(in);
+  return reference::instance_enter(instance_enter_in(record, ray, reach));
 }
 
 }  // namespace

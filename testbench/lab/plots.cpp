@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "golden/accel/probe.hpp"
+#include "golden/base/text.hpp"
 #include "lab.hpp"
 
 namespace retrace::lab {
@@ -18,21 +19,6 @@ constexpr const char* kColors[] = {"#0072b2", "#e69f00", "#009e73", "#d55e00",
 
 double per_ray(std::uint64_t total, const KindResult& kind) {
   return kind.rays ? static_cast<double>(total) / static_cast<double>(kind.rays) : 0.0;
-}
-
-std::string escape(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '&')
-      out += "&amp;";
-    else
-      out += c;
-  }
-  return out;
 }
 
 std::string format(const char* pattern, double a) {
@@ -53,17 +39,17 @@ class Svg {
   Svg(int width, int height, const std::string& title) : height_(height) {
     out_ = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " + std::to_string(width) + " " +
            std::to_string(height) + "\" width=\"" + std::to_string(width) + "\" height=\"" + std::to_string(height) +
-           "\" font-family=\"sans-serif\" font-size=\"11\" role=\"img\"><title>" + escape(title) +
+           "\" font-family=\"sans-serif\" font-size=\"11\" role=\"img\"><title>" + escape_xml(title) +
            "</title>\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n";
     text(width / 2.0, 18, title, "middle", "font-size=\"13\" font-weight=\"bold\"");
   }
   void text(double x, double y, const std::string& t, const char* anchor = "start", const std::string& more = "") {
     out_ += "<text x=\"" + format("%.1f", x) + "\" y=\"" + format("%.1f", y) + "\" text-anchor=\"" + anchor +
-            "\" fill=\"#222222\" " + more + ">" + escape(t) + "</text>\n";
+            "\" fill=\"#222222\" " + more + ">" + escape_xml(t) + "</text>\n";
   }
   void rect(double x, double y, double w, double h, const char* color, const std::string& hint) {
     out_ += "<rect x=\"" + format("%.1f", x) + "\" y=\"" + format("%.1f", y) + "\" width=\"" + format("%.2f", w) +
-            "\" height=\"" + format("%.1f", h) + "\" fill=\"" + color + "\"><title>" + escape(hint) +
+            "\" height=\"" + format("%.1f", h) + "\" fill=\"" + color + "\"><title>" + escape_xml(hint) +
             "</title></rect>\n";
   }
   void line(double x0, double y0, double x1, double y1, const std::string& style) {
@@ -72,7 +58,7 @@ class Svg {
   }
   void circle(double x, double y, const char* color, const std::string& hint) {
     out_ += "<circle cx=\"" + format("%.1f", x) + "\" cy=\"" + format("%.1f", y) + "\" r=\"3\" fill=\"" + color +
-            "\"><title>" + escape(hint) + "</title></circle>\n";
+            "\"><title>" + escape_xml(hint) + "</title></circle>\n";
   }
   std::string finish() { return out_ + "</svg>\n"; }
 

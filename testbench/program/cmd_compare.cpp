@@ -72,22 +72,18 @@ glm::vec3 class_color(Agreement agreement) {
   }
 }
 
-/// Traces batches through all engines and classifies every pair. The first engine is held against the others, but a fixed-point engine
-/// rather against the first fixed-point one: then nothing less than the same bits will do.
+/// Traces batches through all engines and classifies every pair (places_held_against).
 class Contest {
  public:
   Contest(const LoadedScene& loaded, const std::vector<std::string>& names, const TraceOptions& options)
       : loaded_(loaded), names_(names), hits_(names.size()), comparator_(loaded.grid), options_(options) {
-    std::vector<bool> fixed;
-    std::size_t first_fixed = names.size();
+    const std::vector<std::size_t> against = places_held_against(names);
     for (std::size_t i = 0; i < names.size(); ++i) {
       engines_.push_back(make_engine(names[i], loaded.grid, loaded.image));
-      fixed.push_back(find_engine(names[i]).fixed_point);
-      if (fixed[i]) first_fixed = std::min(first_fixed, i);
       if (i == 0) continue;
-      const std::size_t against = fixed[i] && first_fixed < i ? first_fixed : 0;
-      pairs_.push_back({against, i, fixed[against] == fixed[i]});
-      golden_first_.push_back(!fixed[against]);
+      const bool fixed = find_engine(names[against[i]]).fixed_point;
+      pairs_.push_back({against[i], i, fixed == find_engine(names[i]).fixed_point});
+      golden_first_.push_back(!fixed);
     }
     verdicts_.resize(pairs_.size());
     for (auto& kind : tallies_) kind.resize(pairs_.size());
@@ -289,14 +285,9 @@ nlohmann::ordered_json tally_json(const Tally& tally) {
 
 void run_compare(const CompareArguments& a, Program& program) {
   const Size size = parse_size(a.size);
-  const std::vector<std::string> names = CLI::detail::split(a.engines, ',');
+  const std::vector<std::string> names = parse_engines(a.engines);
   if (names.size() < 2)
     throw UsageError("--engines takes two or more engines, as in golden,csim, not '" + a.engines + "'");
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      if (names[i] == names[j]) throw UsageError("--engines names " + names[i] + " twice");
-    }
-  }
   TraceOptions trace = a.trace;
   trace.way_up = parse_way_up(a.way_up);
   trace.threads = program.common.threads;

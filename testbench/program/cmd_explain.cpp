@@ -92,19 +92,6 @@ struct Explained {
   std::size_t against = 0;  ///< that engine's place
 };
 
-/// Held against the first engine, a fixed-point one against the first fixed-point one, as in retrace compare.
-void find_partings(std::vector<Explained>& engines) {
-  std::size_t first_fixed = engines.size();
-  for (std::size_t i = 0; i < engines.size(); ++i) {
-    if (engines[i].fixed) first_fixed = std::min(first_fixed, i);
-    if (i == 0) continue;
-    engines[i].against = engines[i].fixed && first_fixed < i ? first_fixed : 0;
-    const Explained& other = engines[engines[i].against];
-    engines[i].parting = engines[i].fixed && other.fixed ? first_parting_in_bits(other.walk, engines[i].walk)
-                                                         : first_parting_in_choices(other.walk, engines[i].walk);
-  }
-}
-
 void print_steps(const std::vector<Explained>& engines) {
   std::size_t steps = 0;
   std::vector<std::size_t> width;
@@ -146,12 +133,7 @@ void print_steps(const std::vector<Explained>& engines) {
 
 void run_explain(const ExplainArguments& a, Program& program) {
   const Size size = parse_size(a.size);
-  std::vector<std::string> names = CLI::detail::split(a.engines, ',');
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (std::find(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(i), names[i]) !=
-        names.begin() + static_cast<std::ptrdiff_t>(i))
-      throw UsageError("--engines names " + names[i] + " twice");
-  }
+  const std::vector<std::string> names = parse_engines(a.engines);
   if (a.pixel.empty() == a.ray.empty()) throw UsageError("explain takes a ray: --pixel X,Y or --ray OX,OY,OZ,DX,DY,DZ");
   if (!a.pixel.empty() && (a.pixel[0] < 0 || a.pixel[0] >= size.width || a.pixel[1] < 0 || a.pixel[1] >= size.height))
     throw UsageError("--pixel " + std::to_string(a.pixel[0]) + "," + std::to_string(a.pixel[1]) +
@@ -200,7 +182,13 @@ void run_explain(const ExplainArguments& a, Program& program) {
       explained.walk = make_engine(name, loaded.grid, loaded.image)->walk(ray, options);
       engines.push_back(std::move(explained));
     }
-    find_partings(engines);
+    const std::vector<std::size_t> against = places_held_against(names);
+    for (std::size_t i = 1; i < engines.size(); ++i) {
+      engines[i].against = against[i];
+      const Explained& other = engines[against[i]];
+      engines[i].parting = engines[i].fixed && other.fixed ? first_parting_in_bits(other.walk, engines[i].walk)
+                                                           : first_parting_in_choices(other.walk, engines[i].walk);
+    }
     print_steps(engines);
     std::printf("\n");
     const Comparator comparator(loaded.grid);

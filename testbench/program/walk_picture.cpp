@@ -7,18 +7,12 @@
 #include <cstdio>
 #include <map>
 
+#include "golden/base/text.hpp"
+
 namespace retrace::cli {
 namespace {
 
 constexpr int kWidth = 1000, kHeight = 900, kMargin = 60, kTop = 80, kChart = 240, kGap = 90;
-
-std::string escape(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    out += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : std::string(1, c);
-  }
-  return out;
-}
 
 template <typename... Values>
 std::string format(const char* pattern, Values... values) {
@@ -125,7 +119,7 @@ std::string color_of(std::size_t i, std::size_t count) {
 }
 
 std::string text(double x, double y, const std::string& words, const char* more = "") {
-  return format("<text x=\"%.1f\" y=\"%.1f\" %s>", x, y, more) + escape(words) + "</text>\n";
+  return format("<text x=\"%.1f\" y=\"%.1f\" %s>", x, y, more) + escape_xml(words) + "</text>\n";
 }
 
 /// Depth in the tree (downwards) over t (to the right).
@@ -221,9 +215,8 @@ std::string draw_space(const Course& course, const Walk& walk, const GridScene& 
   std::map<std::uint32_t, bool> tested;
   for (const Test& test : course.tests) tested[test.triangle] = test.hit;
   for (const auto& [id, hit] : tested) {
-    const auto found = std::lower_bound(scene.triangles.begin(), scene.triangles.end(), id,
-                                        [](const GridTriangle& a, std::uint32_t b) { return a.id < b; });
-    if (found == scene.triangles.end() || found->id != id) continue;
+    const GridTriangle* found = find_triangle(scene.triangles, id);
+    if (found == nullptr) continue;
     std::string points;
     for (const GridPoint& p : found->vertices)
       points += format("%.2f,%.2f ", x(p[static_cast<int>(across)] * kUnit), y(p[static_cast<int>(upward)] * kUnit));

@@ -2,20 +2,10 @@
 
 #include "golden/tree/instance.hpp"
 #include "testbench/kit/reference.hpp"
+#include "testbench/kit/stage_inputs.hpp"
 
 namespace retrace::cosim {
 namespace {
-
-struct Node {
-  std::int32_t split;
-  std::uint32_t axis, child, parent;
-};
-
-Node node_of(const MemoryImage& image, std::uint32_t index) {
-  const auto pair = image.pair(index >> 1);
-  if (index & 1) return {pair.right_split, pair.right_axis, pair.right_child, pair.parent};
-  return {pair.left_split, pair.left_axis, pair.left_child, pair.parent};
-}
 
 /// The scene as an object, half as large and turned about two axes.
 contract::InstanceEnterInRecord record_entry(const MemoryImage& image, const contract::RayRecord& ray) {
@@ -25,15 +15,7 @@ contract::InstanceEnterInRecord record_entry(const MemoryImage& image, const con
   for (std::size_t face = 0; face < 6; ++face)
     box[face] = static_cast<std::int32_t>(static_cast<std::int32_t>(image.header().box[face]) * kObjectReach);
   const auto record = make_instance({0.5 * about_z * about_x, glm::dvec3(0.1, -0.05, 0.02)}, box, 0, 0).value();
-  contract::InstanceEnterInRecord in;
-  in.m = record.m;
-  in.b = record.b;
-  in.e = record.e;
-  in.box = record.box;
-  in.origin = ray.origin;
-  in.direction = ray.direction;
-  in.reach = ray.t_max + 1;
-  return in;
+  return instance_enter_in(record, ray, ray.t_max + 1);
 }
 
 void record_walk(const MemoryImage& image, const contract::RayRecord& ray, SceneVectors& vectors) {
@@ -55,47 +37,20 @@ void record_walk(const MemoryImage& image, const contract::RayRecord& ray, Scene
   std::int32_t t = 0;
   bool walking = state.valid;
   for (std::uint32_t step = 0; walking && step < image.header().step_limit; ++step) {
-    const Node node = node_of(image, index);
+    const WalkedNode node = node_of(image, index);
     if (node.axis != contract::kAxisLeaf) {
-      contract::KdDescendInRecord down;
-      down.split = node.split;
-      down.child = node.child;
-      down.origin = state.origin[node.axis];
-      down.reciprocal = state.reciprocal[node.axis];
-      down.shift = state.shift[node.axis];
-      down.zero = state.zero[node.axis];
-      down.negative = state.negative[node.axis];
-      down.t = t;
+      const auto down = kd_descend_in(node, state, t);
       vectors.kd_descend.push_back(down);
       index = reference::kd_descend(down).node;
       continue;
     }
 
     const auto leaf = image.leaf(node.child);
-    contract::LeafExitInRecord cell;
-    cell.bound = leaf.bound;
-    cell.origin = state.origin;
-    cell.reciprocal = state.reciprocal;
-    cell.shift = state.shift;
-    cell.zero = state.zero;
-    cell.negative = state.negative;
-    cell.t = t;
+    const auto cell = leaf_exit_in(leaf, state, t);
     vectors.leaf_exit.push_back(cell);
     const auto exit = reference::leaf_exit(cell);
     for (std::uint32_t i = 0; i < leaf.count; ++i) {
-      const auto triangle = image.triangle(image.reference(leaf, i));
-      contract::TriTestInRecord test;
-      test.u = triangle.u;
-      test.v = triangle.v;
-      test.n = triangle.n;
-      test.offset_u = triangle.offset_u;
-      test.offset_v = triangle.offset_v;
-      test.offset_n = triangle.offset_n;
-      test.exponent_u = triangle.exponent_u;
-      test.exponent_v = triangle.exponent_v;
-      test.id = triangle.id;
-      test.origin = state.origin;
-      test.direction = state.direction;
+      const auto test = tri_test_in(image.triangle(image.reference(leaf, i)), state);
       vectors.tri_test.push_back(test);
       const auto hit = reference::tri_test(test);
       if (!hit.hit || hit.t > best.t || (hit.t == best.t && hit.id >= best.id)) continue;
@@ -113,7 +68,7 @@ void record_walk(const MemoryImage& image, const contract::RayRecord& ray, Scene
 
     std::uint32_t parent = leaf.parent;
     while (walking) {
-      const Node above = node_of(image, parent);
+      const WalkedNode above = node_of(image, parent);
       contract::KdBacktrackInRecord up;
       up.face = exit.face;
       up.plane = exit.plane;
