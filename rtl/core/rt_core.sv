@@ -767,34 +767,17 @@ module rt_core #(
   assign source_request[rt_config_pkg::SourceTriangle] =
       request(view.triangle_base, {triangle_key, {rt_core_pkg::LineShift{1'b0}}}, rt_contract_pkg::TriangleUsedBits / 8, rt_config_pkg::SourceTriangle, triangle_mshr);
 
-  typedef struct packed {
-    test_tag_t                            tag;
-    rt_contract_pkg::tri_test_in_record_t data;
-  } test_t;
-  test_t entering;
-  logic  entering_valid, entering_ready;
-  rt_queue #(
-      .Depth (4),
-      .data_t(test_t)
-  ) u_tests (
-      .clk_i,
-      .rst_ni     (wires_rst_n),
-      .in_valid_i (test_valid),
-      .in_ready_o (test_ready),
-      .in_data_i  ('{tag: test_tag, data: test_data}),
-      .out_valid_o(entering_valid),
-      .out_ready_i(entering_ready),
-      .out_data_o (entering)
-  );
   rt_tri_test #(
-      .tag_t(test_tag_t)
+      .InputHops(1),
+      .Spare    (rt_stage_pkg::TestSpare),
+      .tag_t    (test_tag_t)
   ) u_tri_test (
       .clk_i,
       .rst_ni     (rst_n[ResetTests]),
-      .in_valid_i (entering_valid),
-      .in_ready_o (entering_ready),
-      .in_data_i  (entering.data),
-      .in_tag_i   (entering.tag),
+      .in_valid_i (test_valid),
+      .in_ready_o (test_ready),
+      .in_data_i  (test_data),
+      .in_tag_i   (test_tag),
       .out_valid_o(tri_valid),
       .out_ready_i(tri_ready),
       .out_data_o (tri_data),
@@ -935,7 +918,7 @@ module rt_core #(
       .read_i      (read_o),
       .fill_i      (fill_i),
       .contexts_i  (32'(contexts_used)),
-      .idle_i      (lanes_idle == '1 && nodes_idle && leaves_idle && references_idle && !arrival_valid && !first_valid && !direct_valid && !tri_valid && !entering_valid),
+      .idle_i      (lanes_idle == '1 && nodes_idle && leaves_idle && references_idle && !arrival_valid && !first_valid && !direct_valid && !tri_valid && !test_valid),
       .freed_i     (free_valid),
       .launched_i  (ray_go),
       .stalled_i   (hit_valid_o && !hit_ready_i),

@@ -7,11 +7,14 @@
 //             t = floor(-o'z / d'z). Without a hit every field but the id is 0.
 // Structure   Clock by clock: rows (RowLatency), flip (TriFlip), products and U, V (TriEdge), V aligned, W, verdict (TriVerdict). The division starts
 //             right after the flip, before the verdict is known, so its clocks are not added to those of U, V and W.
-// Latency     rt_stage_pkg::TriTestLatency, II rt_stage_pkg::TriTestInterval, DSP blocks rt_stage_pkg::TriTestBlocks.
+// Input       InputHops registers between the inputs and the datapath, for a long wire. An input has its credit before it sets out, so they never stall.
+// Latency     rt_stage_pkg::TriTestLatency and InputHops, II rt_stage_pkg::TriTestInterval, DSP blocks rt_stage_pkg::TriTestBlocks.
 // Cuts        valid, data and ready (rt_pipe_ctrl).
 // Counterpart hls/stages/tri_test.hpp, golden/engine/stages/tri_test.hpp. Source: Arenberg 1988; Woop et al. 2005, section 3.2; Schmittler et al. 2004.
 `include "rt_assert.svh"
 module rt_tri_test #(
+    parameter int unsigned InputHops = 0,
+    parameter int unsigned Spare = 0,  // places for results beyond the round trip
     parameter type tag_t = logic [15:0]
 ) (
     input  logic                                  clk_i,
@@ -55,54 +58,68 @@ module rt_tri_test #(
     rt_contract_pkg::t_limit_t t;
   } result_t;
 
+  rt_contract_pkg::tri_test_in_record_t in_data;
+  logic                                 hop_valid_unused;
+  rt_hop #(
+      .Depth (InputHops),
+      .data_t(rt_contract_pkg::tri_test_in_record_t)
+  ) u_input (
+      .clk_i,
+      .rst_ni,
+      .valid_i(1'b0),
+      .data_i (in_data_i),
+      .valid_o(hop_valid_unused),
+      .data_o (in_data)
+  );
+
   // ------------------------------------------------------------------------------------------------ o' and d', then the flip
   rt_contract_pkg::row_position_t origin_u, origin_v, origin_z;
   rt_contract_pkg::row_direction_t direction_u, direction_v, direction_z;
   rt_row_product u_origin_u (
       .clk_i,
       .rst_ni,
-      .row_i   (in_data_i.u),
-      .point_i (in_data_i.origin),
-      .offset_i(in_data_i.offset_u),
+      .row_i   (in_data.u),
+      .point_i (in_data.origin),
+      .offset_i(in_data.offset_u),
       .result_o(origin_u)
   );
   rt_row_product u_origin_v (
       .clk_i,
       .rst_ni,
-      .row_i   (in_data_i.v),
-      .point_i (in_data_i.origin),
-      .offset_i(in_data_i.offset_v),
+      .row_i   (in_data.v),
+      .point_i (in_data.origin),
+      .offset_i(in_data.offset_v),
       .result_o(origin_v)
   );
   rt_row_product u_origin_z (
       .clk_i,
       .rst_ni,
-      .row_i   (in_data_i.n),
-      .point_i (in_data_i.origin),
-      .offset_i(in_data_i.offset_n),
+      .row_i   (in_data.n),
+      .point_i (in_data.origin),
+      .offset_i(in_data.offset_n),
       .result_o(origin_z)
   );
   rt_row_product u_direction_u (
       .clk_i,
       .rst_ni,
-      .row_i   (in_data_i.u),
-      .point_i (in_data_i.direction),
+      .row_i   (in_data.u),
+      .point_i (in_data.direction),
       .offset_i('0),
       .result_o(direction_u)
   );
   rt_row_product u_direction_v (
       .clk_i,
       .rst_ni,
-      .row_i   (in_data_i.v),
-      .point_i (in_data_i.direction),
+      .row_i   (in_data.v),
+      .point_i (in_data.direction),
       .offset_i('0),
       .result_o(direction_v)
   );
   rt_row_product u_direction_z (
       .clk_i,
       .rst_ni,
-      .row_i   (in_data_i.n),
-      .point_i (in_data_i.direction),
+      .row_i   (in_data.n),
+      .point_i (in_data.direction),
       .offset_i('0),
       .result_o(direction_z)
   );
@@ -150,7 +167,7 @@ module rt_tri_test #(
   localparam int unsigned DzWait = rt_stage_pkg::ProductLatency - 1;
   exponents_t exponents_in, exponents_align, exponents_edge, exponents_late;
   rt_contract_pkg::row_direction_t dz_align, dz_late;
-  assign exponents_in = '{u: in_data_i.exponent_u, v: in_data_i.exponent_v};
+  assign exponents_in = '{u: in_data.exponent_u, v: in_data.exponent_v};
   rt_delay #(
       .Cycles(rt_stage_pkg::TriFlip + DzWait),
       .data_t(exponents_t)
@@ -290,8 +307,9 @@ module rt_tri_test #(
   assign pass_in   = '{tag: in_tag_i, id: in_data_i.id};
   assign result_in = '{candidate: candidate, t: candidate.hit ? quotient : '0};
   rt_pipe_ctrl #(
-      .Latency (rt_stage_pkg::TriTestDepth),
+      .Latency (rt_stage_pkg::TriTestDepth + InputHops),
       .Interval(rt_stage_pkg::TriTestInterval),
+      .Spare   (Spare),
       .tag_t   (pass_t),
       .data_t  (result_t)
   ) u_ctrl (

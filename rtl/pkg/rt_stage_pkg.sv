@@ -59,6 +59,8 @@ package rt_stage_pkg;
   localparam int unsigned TriTestDepth = TriFlip + rt_lib_pkg::div_latency(TriQuotBits, DivBitsPerStep);
   localparam int unsigned TriTestLatency = rt_lib_pkg::pipe_latency(TriTestDepth);
   localparam int unsigned TriTestInterval = 1;
+  // Places for results beyond the round trip of the core's tests, whose result unit also takes events of leaves. Up to 48 places cost nothing more.
+  localparam int unsigned TestSpare = 8;
   localparam int unsigned TriTestBlocks = (6 * 3 + 4) * ProductBlocks;
 
   // hit_finish: capture, room, shift, divide, saturate; v enters a clock after u.
