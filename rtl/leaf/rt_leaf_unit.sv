@@ -332,6 +332,8 @@ module rt_leaf_unit #(
   end
 
   // --- P6 ---
+  logic        p6_instances;
+  logic [31:0] p6_steps;
   always_comb begin
     exit_in            = '0;
     exit_in.bound      = p6_leaf_q.bound;
@@ -356,8 +358,6 @@ module rt_leaf_unit #(
     end
   end
   // Steps before reference 0: those that were done before the context came back are behind it already.
-  logic        p6_instances;
-  logic [31:0] p6_steps;
   assign p6_instances = Levels > 1 && p6_leaf_q.kind == rt_contract_pkg::axis_t'(rt_contract_pkg::KindInstance);
   assign p6_steps     = p6_state_q.steps - 32'(p6_first);
   assign p6_count  = p6_size_q < rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong) ?
