@@ -842,10 +842,45 @@ module rt_core #(
         request(view.triangle_base, {triangle_key, {rt_core_pkg::LineShift{1'b0}}}, TriangleBytes, rt_config_pkg::SourceTriangle, triangle_mshr);
   end
 
-  // --- entries ---
+  typedef struct packed {
+    test_tag_t                            tag;
+    rt_contract_pkg::tri_test_in_record_t data;
+  } test_t;
+  test_t entering;
+  logic  entering_valid, entering_ready;
+  rt_queue #(
+      .Depth (4),
+      .data_t(test_t)
+  ) u_tests (
+      .clk_i,
+      .rst_ni     (wires_rst_n),
+      .in_valid_i (test_valid),
+      .in_ready_o (test_ready),
+      .in_data_i  ('{tag: test_tag, data: test_data}),
+      .out_valid_o(entering_valid),
+      .out_ready_i(entering_ready),
+      .out_data_o (entering)
+  );
+
+  // --- entries, and tests ---
   if (Levels > 1) begin : gen_entry
     rt_core_pkg::entered_t            entry_entered;
     rt_contract_pkg::triangle_index_t entry_entered_next;
+    logic                                       transform_entry, unit_ready, test_enters_unused;
+    logic [2:0][rt_stage_pkg::EnterSumBits-1:0] place, course;
+    rt_contract_pkg::row_position_t [2:0]       test_position;
+    rt_contract_pkg::row_direction_t [2:0]      test_direction;
+    rt_transform u_transform (
+        .clk_i,
+        .rst_ni     (rst_n[ResetEntry]),
+        .entry_i    (transform_entry),
+        .instance_i (enter_data),
+        .triangle_i (entering.data),
+        .place_o    (place),
+        .course_o   (course),
+        .position_o (test_position),
+        .direction_o(test_direction)
+    );
     rt_entry #(
         .Config(Config)
     ) u_entry (
@@ -856,6 +891,9 @@ module rt_core #(
         .in_data_i     (enter_data),
         .in_context_i  (enter_context),
         .in_entry_i    (enter_entry),
+        .enter_o       (transform_entry),
+        .place_i       (place),
+        .course_i      (course),
         .context_o     (entry_context),
         .axis_valid_o  (entry_axis_valid),
         .axis_ready_i  (entry_axis_ready),
@@ -886,6 +924,27 @@ module rt_core #(
         .valid_o(entered_valid),
         .data_o (entered)
     );
+
+    // The transform serves tests and entries; an entry, which is not held, goes first.
+    assign entering_ready = unit_ready && !enter_valid;
+    rt_unit_test #(
+        .RowsLatency(rt_stage_pkg::TransformLatency),
+        .tag_t      (test_tag_t)
+    ) u_tri_test (
+        .clk_i,
+        .rst_ni     (rst_n[ResetTests]),
+        .in_valid_i (entering_valid && entering_ready),
+        .in_ready_o (unit_ready),
+        .in_data_i  (entering.data),
+        .in_tag_i   (entering.tag),
+        .enter_o    (test_enters_unused),
+        .origin_i   (test_position),
+        .direction_i(test_direction),
+        .out_valid_o(tri_valid),
+        .out_ready_i(tri_ready),
+        .out_data_o (tri_data),
+        .out_tag_o  (tri_tag)
+    );
   end else begin : gen_no_entry
     assign enter_ready        = 1'b1;
     assign entry_context      = '0;
@@ -898,41 +957,22 @@ module rt_core #(
     assign entry_idle         = 1'b1;
     assign entered_valid      = 1'b0;
     assign entered            = '0;
-  end
 
-  typedef struct packed {
-    test_tag_t                            tag;
-    rt_contract_pkg::tri_test_in_record_t data;
-  } test_t;
-  test_t entering;
-  logic  entering_valid, entering_ready;
-  rt_queue #(
-      .Depth (4),
-      .data_t(test_t)
-  ) u_tests (
-      .clk_i,
-      .rst_ni     (wires_rst_n),
-      .in_valid_i (test_valid),
-      .in_ready_o (test_ready),
-      .in_data_i  ('{tag: test_tag, data: test_data}),
-      .out_valid_o(entering_valid),
-      .out_ready_i(entering_ready),
-      .out_data_o (entering)
-  );
-  rt_tri_test #(
-      .tag_t(test_tag_t)
-  ) u_tri_test (
-      .clk_i,
-      .rst_ni     (rst_n[ResetTests]),
-      .in_valid_i (entering_valid),
-      .in_ready_o (entering_ready),
-      .in_data_i  (entering.data),
-      .in_tag_i   (entering.tag),
-      .out_valid_o(tri_valid),
-      .out_ready_i(tri_ready),
-      .out_data_o (tri_data),
-      .out_tag_o  (tri_tag)
-  );
+    rt_tri_test #(
+        .tag_t(test_tag_t)
+    ) u_tri_test (
+        .clk_i,
+        .rst_ni     (rst_n[ResetTests]),
+        .in_valid_i (entering_valid),
+        .in_ready_o (entering_ready),
+        .in_data_i  (entering.data),
+        .in_tag_i   (entering.tag),
+        .out_valid_o(tri_valid),
+        .out_ready_i(tri_ready),
+        .out_data_o (tri_data),
+        .out_tag_o  (tri_tag)
+    );
+  end
 
   // --- results ---
   logic                                  finish_valid, finish_ready;

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Entry: takes a context with an instance record, makes the object's ray of the world's, and sends the context on.
 //
-// Purpose     rt_instance_enter, and what follows from what it says:
+// Purpose     rt_object_ray, as rt_instance_enter has it, and what follows from what it says:
 //             the object is entered            the axes of its ray go out, one a clock, and with the last one the context is launched at the object's root
 //             the ray passes the box by        on with the next reference of the leaf (next_*), or out of the leaf if there is none (out_*, EventGoOn)
 //             the record cannot be             out_*, StatusBadRecord
 // Input       in_valid_i only with in_ready_o; a context that finds the stage full tries again (rt_reference_unit).
+// Rows        enter_o: an input has entered, and rt_transform has its record in the same clock. All rows are there rt_stage_pkg::EnterRows clocks later.
 // Waiting     What stands at the output waits for a launch or for a place in the queue of the references; both are taken by whoever returns from a leaf first.
 //             After PauseClocks of that, pause_o keeps the result unit from sending further ones, so that the wait ends.
 // Rate        An entry in three clocks; one that is entered holds the output for as many.
@@ -22,6 +23,9 @@ module rt_entry #(
     input  rt_contract_pkg::instance_enter_in_record_t in_data_i,
     input  logic [ContextBits-1:0]                     in_context_i,
     input  rt_core_pkg::entry_t                        in_entry_i,
+    output logic                                       enter_o,
+    input  logic [2:0][rt_stage_pkg::EnterSumBits-1:0] place_i,
+    input  logic [2:0][rt_stage_pkg::EnterSumBits-1:0] course_i,
     // What stands at the output; it belongs to all that follow.
     output logic [ContextBits-1:0]                     context_o,
     // The object is entered; with the last axis the launch, and what others keep of the entry.
@@ -52,15 +56,29 @@ module rt_entry #(
   logic [WaitBits-1:0]                         wait_q;
   rt_contract_pkg::instance_enter_out_record_t ray;
   tag_t                                        tag;
-  rt_instance_enter #(
+  // --- one axis a clock: the first as it comes, the others wait ---
+  `RT_ASSERT_INIT(RowsInTime, rt_stage_pkg::TransformLatency == rt_stage_pkg::EnterRows)
+  logic [rt_stage_pkg::EnterRows:1]                  entered_q;
+  logic                                              rows_come;
+  logic [2:1][rt_stage_pkg::EnterSumBits-1:0]        place_q, course_q;
+  assign rows_come = entered_q[rt_stage_pkg::EnterRows];
+  always_ff @(posedge clk_i) begin
+    entered_q <= rst_ni ? {entered_q[rt_stage_pkg::EnterRows-1:1], enter_o} : '0;
+    place_q   <= rows_come ? place_i[2:1] : {place_q[2], place_q[2]};
+    course_q  <= rows_come ? course_i[2:1] : {course_q[2], course_q[2]};
+  end
+  rt_object_ray #(
       .tag_t(tag_t)
-  ) u_enter (
+  ) u_ray (
       .clk_i,
       .rst_ni,
       .in_valid_i,
       .in_ready_o,
       .in_data_i,
       .in_tag_i   ('{ctx: in_context_i, entry: in_entry_i}),
+      .enter_o,
+      .place_i    (rows_come ? place_i[0] : place_q[1]),
+      .course_i   (rows_come ? course_i[0] : course_q[1]),
       .out_valid_o(valid),
       .out_ready_i(take),
       .out_data_o (ray),

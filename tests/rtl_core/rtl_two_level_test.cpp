@@ -1,9 +1,10 @@
 // The RTL core of two levels (configuration saarcor) against the kernel in C simulation: scenes of instances, hits, statuses and work in every bit,
-// whatever the memory does and however the image is damaged. Seed: RETRACE_SEED.
+// whatever the memory does and however the image is damaged. Seed: RETRACE_SEED; rays of a frame, if not as many as each scene says: RETRACE_RAYS.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdlib>
 
 #include "golden/tree/two_level_scene.hpp"
 #include "testbench/csim/csim_engine.hpp"
@@ -118,7 +119,9 @@ class RtlTwoLevels : public testing::TestWithParam<Scene> {
 TEST_P(RtlTwoLevels, EqualTheKernelInEveryBitAndInTheirWork) {
   SCOPED_TRACE("seed " + std::to_string(test_seed()));
   Random random(test_seed());
-  const auto [instances, cells, count] = GetParam();
+  const auto [instances, cells, least] = GetParam();
+  const char* wanted = std::getenv("RETRACE_RAYS");
+  const int count = wanted ? std::atoi(wanted) : least;
   const TwoLevelWorld world = make_two_level_world(random, instances, cells);
   const auto image = assemble_two_levels(world.scene);
   for (const bool any : {false, true}) {
