@@ -4,6 +4,7 @@
 package rt_config_pkg;
 
   typedef struct packed {
+    logic [31:0] levels;  // of trees: 1, or 2 for images with instances, then at most 128 contexts in all lanes
     logic [31:0] lanes;  // traversal lanes, one step a clock each: 1 to 8
     logic [31:0] contexts_per_lane;  // rays in flight a lane: a power of two, 16 or more; at most 512 in all lanes
     logic [31:0] data_bits;  // data bus: 64 or 128
@@ -24,35 +25,39 @@ package rt_config_pkg;
 
   // One lane: for tests and for small parts.
   localparam config_t ConfigSmall = '{
-      lanes: 1, contexts_per_lane: 64, data_bits: 64, granule_bytes: 8, node_pairs: 1024, node_line_pairs: 4, leaf_lines: 256, list_lines: 64,
+      levels: 1, lanes: 1, contexts_per_lane: 64, data_bits: 64, granule_bytes: 8, node_pairs: 1024, node_line_pairs: 4, leaf_lines: 256, list_lines: 64,
       triangle_lines: 512, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1};
   // ECP5-85F: four lanes. The bus is the limit, so a line is one pair: nothing is read that no ray asked for.
   localparam config_t ConfigEcp5 = '{
-      lanes: 4, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128,
+      levels: 1, lanes: 4, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128,
       triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1};
   // One lane of `ecp5`.
   localparam config_t ConfigEcp5l1 = '{
-      lanes: 1, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128,
+      levels: 1, lanes: 1, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128,
       triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1};
   // Two lanes of `ecp5`.
   localparam config_t ConfigEcp5l2 = '{
-      lanes: 2, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128,
+      levels: 1, lanes: 2, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128,
       triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1};
   // Six lanes; the block RAMs of the part hold half a node cache for each.
   localparam config_t ConfigEcp5l6 = '{
-      lanes: 6, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 1024, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128,
+      levels: 1, lanes: 6, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 1024, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128,
       triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1};
   // Two lanes for a memory that reads 64 bytes at a time, such as DRAM behind a controller.
   localparam config_t ConfigEcp5g64 = '{
-      lanes: 2, contexts_per_lane: 32, data_bits: 64, granule_bytes: 64, node_pairs: 2048, node_line_pairs: 4, leaf_lines: 1024, list_lines: 128,
+      levels: 1, lanes: 2, contexts_per_lane: 32, data_bits: 64, granule_bytes: 64, node_pairs: 2048, node_line_pairs: 4, leaf_lines: 1024, list_lines: 128,
       triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1};
   // Four lanes on a bus of 16 bytes. Lanes are the limit, so a line is two pairs (fewer misses), and twice as many contexts keep them busy.
   localparam config_t ConfigEcp5x128 = '{
-      lanes: 4, contexts_per_lane: 64, data_bits: 128, granule_bytes: 16, node_pairs: 2048, node_line_pairs: 2, leaf_lines: 1024, list_lines: 128,
+      levels: 1, lanes: 4, contexts_per_lane: 64, data_bits: 128, granule_bytes: 16, node_pairs: 2048, node_line_pairs: 2, leaf_lines: 1024, list_lines: 128,
+      triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1};
+  // Two levels, as Dynamic SaarCOR has them: `ecp5l2` for images with instances, whose records share the lines of the triangles.
+  localparam config_t ConfigSaarcor = '{
+      levels: 2, lanes: 2, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128,
       triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1};
   // For larger parts.
   localparam config_t ConfigWide = '{
-      lanes: 8, contexts_per_lane: 32, data_bits: 128, granule_bytes: 16, node_pairs: 1024, node_line_pairs: 2, leaf_lines: 512, list_lines: 64,
+      levels: 1, lanes: 8, contexts_per_lane: 32, data_bits: 128, granule_bytes: 16, node_pairs: 1024, node_line_pairs: 2, leaf_lines: 512, list_lines: 64,
       triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1};
 
   // Sources of read requests: the upper bits of ARID. Those of the core come first.

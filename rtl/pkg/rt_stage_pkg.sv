@@ -73,6 +73,7 @@ package rt_stage_pkg;
 
   // instance_enter: one axis a clock, and four places where an axis waits two clocks for the others. Each constant is the clock, counted from the
   // acceptance and for the first axis, in which that value is there.
+  localparam int unsigned EnterSumBits = 60;  // S and D of any record and any ray
   localparam int unsigned EnterMulLatency = rt_lib_pkg::mul_latency(rt_contract_pkg::InstanceCoefficientBits, rt_contract_pkg::PositionBits);
   localparam int unsigned EnterRows = 1 + EnterMulLatency + 2;  // S and D
   localparam int unsigned EnterSize = EnterRows + 2;            // size and exponent
@@ -91,8 +92,11 @@ package rt_stage_pkg;
   localparam int unsigned InstanceEnterDepth = EnterOrigin + 1 + 2;
   localparam int unsigned InstanceEnterLatency = rt_lib_pkg::pipe_latency(InstanceEnterDepth);
   localparam int unsigned InstanceEnterInterval = 3;
-  localparam int unsigned InstanceEnterBlocks = 6 * rt_lib_pkg::mul_blocks(rt_contract_pkg::InstanceCoefficientBits, rt_contract_pkg::PositionBits) +
-      2 * ProductBlocks + rt_lib_pkg::mul_blocks(rt_contract_pkg::EntryStartBits + 1, EnterStepBits) +
+  localparam int unsigned ObjectRayBlocks = 2 * ProductBlocks + rt_lib_pkg::mul_blocks(rt_contract_pkg::EntryStartBits + 1, EnterStepBits) +
       rt_lib_pkg::mul_blocks(rt_contract_pkg::EntryStartBits + 1, rt_lib_pkg::DspBits) + 1;
+  localparam int unsigned InstanceEnterBlocks = 6 * rt_lib_pkg::mul_blocks(rt_contract_pkg::InstanceCoefficientBits, rt_contract_pkg::PositionBits) + ObjectRayBlocks;
+
+  // rt_transform: a choice between the two, products, two levels of adders.
+  localparam int unsigned TransformLatency = 1 + EnterMulLatency + 2;
 
 endpackage

@@ -286,7 +286,7 @@ module rt_top #(
 
   // --- registers ---
   always_comb begin
-    regs_in.version.image.next             = 8'(rt_contract_pkg::ImageVersion);
+    regs_in.version.image.next             = Config.levels > 1 ? 8'(rt_contract_pkg::ImageVersionTwoLevels) : 8'(rt_contract_pkg::ImageVersion);
     regs_in.build.lanes.next              = 8'(Config.lanes);
     regs_in.build.contexts.next           = 12'(Config.lanes * Config.contexts_per_lane);
     regs_in.build.data_bytes.next         = 6'(DataBits / 8);

@@ -51,6 +51,12 @@ void CoreCounters::add(const CoreCounters& o) {
   }
 }
 
+bool has_two_levels(std::span<const std::uint64_t> image_words) {
+  return image_words.size() >= contract::HeaderRecord::kWords &&
+         contract::HeaderRecord::unpack(image_words.data()).version ==
+             static_cast<std::uint32_t>(contract::kImageVersionTwoLevels);
+}
+
 CoreDriver::CoreDriver(Device& device) : device_(device) {
   if (device.read_register(RT_OFFSET(id)) != RT_REGS__ID__VALUE_reset)
     throw Error("rtl core: no Retrace core behind these registers");
@@ -58,7 +64,10 @@ CoreDriver::CoreDriver(Device& device) : device_(device) {
   if (RT_FIELD(version, VERSION__CORE) != RT_REGS__VERSION__CORE_reset)
     throw Error("rtl core: register map of version " + std::to_string(RT_FIELD(version, VERSION__CORE)) +
                 ", expected " + std::to_string(RT_REGS__VERSION__CORE_reset));
-  if (RT_FIELD(version, VERSION__IMAGE) != static_cast<std::uint32_t>(contract::kImageVersion))
+  const std::uint32_t image_version = RT_FIELD(version, VERSION__IMAGE);
+  if (image_version == static_cast<std::uint32_t>(contract::kImageVersionTwoLevels))
+    identity_.levels = 2;
+  else if (image_version != static_cast<std::uint32_t>(contract::kImageVersion))
     throw Error("rtl core: reads memory images of another version");
   const std::uint32_t build = device.read_register(RT_OFFSET(build));
   identity_.lanes = static_cast<int>(RT_FIELD(build, BUILD__LANES));

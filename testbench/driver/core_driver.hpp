@@ -14,13 +14,18 @@ namespace retrace::cosim {
 
 struct CoreIdentity {
   int lanes = 0, contexts = 0, data_bytes = 0, mail_entries = 0;
+  int levels = 1;  ///< 2: it reads images with instances as well
 };
 
 struct CoreStatus {
   bool busy = false, done = false, ray_fault = false, write_fault = false;
-  int image_fault = 0;  ///< 0 none, 1 magic or version, 2 section outside the image, 3 bus error in the header
+  int image_fault =
+      0;  ///< 0 none, 1 magic or version (also that of two levels, for a core of one), 2 section outside the image, 3 bus error in the header
   std::uint32_t first_fault = 0, fault_ray = 0, write_fault_ray = 0;
 };
+
+/// Has this image instances? Of words that nobody has checked.
+bool has_two_levels(std::span<const std::uint64_t> image_words);
 
 /// Where the clocks of a unit went. Lanes: sum over the lanes.
 struct UnitClocks {
