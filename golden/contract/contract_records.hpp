@@ -638,6 +638,133 @@ struct MaterialRecord {
   friend bool operator==(const MaterialRecord&, const MaterialRecord&) = default;
 };
 
+/// Ray of a sample, for the kernels' streams. All 0 but pixel and bad where it passes the root box by.
+struct RasterOutRecord {
+  static constexpr int kWords = 8;
+  std::array<std::int32_t, 3> origin{};  ///< Where the ray comes near the root box; it may lie outside.
+  std::array<std::int32_t, 3> direction{};
+  std::uint32_t t_max{};
+  std::uint32_t scale{};  ///< k: the camera's t of a hit at t is (start 2^20 + t) >> k.
+  std::uint32_t start{};
+  std::uint32_t pixel{};
+  std::uint32_t enters{};  ///< There is a ray to trace.
+  std::uint32_t bad{};  ///< The camera is none that a host writes.
+
+  static constexpr RasterOutRecord unpack(const std::uint64_t* words) {
+    RasterOutRecord r;
+    r.origin[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 0, 27), 27));
+    r.origin[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 27, 27), 27));
+    r.origin[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 54, 27), 27));
+    r.direction[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 81, 27), 27));
+    r.direction[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 108, 27), 27));
+    r.direction[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 135, 27), 27));
+    r.t_max = static_cast<std::uint32_t>(detail::get_bits(words, 162, 27));
+    r.scale = static_cast<std::uint32_t>(detail::get_bits(words, 189, 5));
+    r.start = static_cast<std::uint32_t>(detail::get_bits(words, 194, 23));
+    r.pixel = static_cast<std::uint32_t>(detail::get_bits(words, 217, 23));
+    r.enters = static_cast<std::uint32_t>(detail::get_bits(words, 240, 1));
+    r.bad = static_cast<std::uint32_t>(detail::get_bits(words, 241, 1));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[0])));
+    detail::put_bits(words, 27, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[1])));
+    detail::put_bits(words, 54, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[2])));
+    detail::put_bits(words, 81, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(direction[0])));
+    detail::put_bits(words, 108, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(direction[1])));
+    detail::put_bits(words, 135, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(direction[2])));
+    detail::put_bits(words, 162, 27, t_max);
+    detail::put_bits(words, 189, 5, scale);
+    detail::put_bits(words, 194, 23, start);
+    detail::put_bits(words, 217, 23, pixel);
+    detail::put_bits(words, 240, 1, enters);
+    detail::put_bits(words, 241, 1, bad);
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    for (auto x : origin) ok = ok && detail::fits_signed(x, 27);
+    for (auto x : direction) ok = ok && detail::fits_signed(x, 27);
+    ok = ok && detail::fits_unsigned(t_max, 27);
+    ok = ok && detail::fits_unsigned(scale, 5);
+    ok = ok && detail::fits_unsigned(start, 23);
+    ok = ok && detail::fits_unsigned(pixel, 23);
+    ok = ok && detail::fits_unsigned(enters, 1);
+    ok = ok && detail::fits_unsigned(bad, 1);
+    return ok;
+  }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    for (auto& x : origin) visitor("origin", x, 27);
+    for (auto& x : direction) visitor("direction", x, 27);
+    visitor("t_max", t_max, 27);
+    visitor("scale", scale, 5);
+    visitor("start", start, 23);
+    visitor("pixel", pixel, 23);
+    visitor("enters", enters, 1);
+    visitor("bad", bad, 1);
+  }
+  friend bool operator==(const RasterOutRecord&, const RasterOutRecord&) = default;
+};
+
+/// What became of a sample, for the kernels' streams.
+struct ShadeInRecord {
+  static constexpr int kWords = 2;
+  std::uint32_t t{};
+  std::uint32_t id{};
+  std::uint32_t hit{};
+  std::uint32_t scale{};
+  std::uint32_t start{};
+  std::uint32_t pixel{};
+
+  static constexpr ShadeInRecord unpack(const std::uint64_t* words) {
+    ShadeInRecord r;
+    r.t = static_cast<std::uint32_t>(detail::get_bits(words, 0, 27));
+    r.id = static_cast<std::uint32_t>(detail::get_bits(words, 27, 32));
+    r.hit = static_cast<std::uint32_t>(detail::get_bits(words, 59, 1));
+    r.scale = static_cast<std::uint32_t>(detail::get_bits(words, 60, 5));
+    r.start = static_cast<std::uint32_t>(detail::get_bits(words, 65, 23));
+    r.pixel = static_cast<std::uint32_t>(detail::get_bits(words, 88, 23));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 27, t);
+    detail::put_bits(words, 27, 32, id);
+    detail::put_bits(words, 59, 1, hit);
+    detail::put_bits(words, 60, 5, scale);
+    detail::put_bits(words, 65, 23, start);
+    detail::put_bits(words, 88, 23, pixel);
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    ok = ok && detail::fits_unsigned(t, 27);
+    ok = ok && detail::fits_unsigned(hit, 1);
+    ok = ok && detail::fits_unsigned(scale, 5);
+    ok = ok && detail::fits_unsigned(start, 23);
+    ok = ok && detail::fits_unsigned(pixel, 23);
+    return ok;
+  }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    visitor("t", t, 27);
+    visitor("id", id, 32);
+    visitor("hit", hit, 1);
+    visitor("scale", scale, 5);
+    visitor("start", start, 23);
+    visitor("pixel", pixel, 23);
+  }
+  friend bool operator==(const ShadeInRecord&, const ShadeInRecord&) = default;
+};
+
 /// Hit as the core writes it.
 struct HitRecord {
   static constexpr int kWords = 2;

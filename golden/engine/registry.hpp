@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine.hpp"
+#include "pixels.hpp"
 
 namespace CLI {
 class App;
@@ -50,6 +51,10 @@ struct EngineKind {
   /// `scene` and `image` outlive the engine.
   std::function<std::unique_ptr<Engine>(const GridScene& scene, const MemoryImage& image, const std::string& argument)>
       make;
+  /// An engine that makes pictures by itself. `image` outlives it; materials are by triangle id. Empty for what has none.
+  std::function<std::unique_ptr<PixelEngine>(const MemoryImage& image,
+                                             std::span<const contract::MaterialRecord> materials)>
+      make_pixels;
 };
 
 /// Throws std::logic_error if there is one of that name.

@@ -44,6 +44,7 @@ typedef ap_uint<13> frame_size_t;  // 13 bits
 typedef ap_uint<3> tile_log2_t;  // 3 bits
 typedef ap_uint<2> sample_log2_t;  // 2 bits
 typedef ap_uint<3> pixel_kind_t;  // 3 bits
+typedef ap_uint<23> pixel_index_t;  // 23 bits
 typedef ap_uint<8> shade_t;  // 8 bits
 typedef ap_int<13> normal_t;  // Q1.12
 typedef ap_uint<32> word32_t;  // 32 bits
@@ -1114,6 +1115,230 @@ inline void pack_material(const material_record& r, word_t words[1]) {
   high0 <<= 64;
   const word_t low0 = w0;
   words[0] = high0 | low0;
+}
+
+// Ray of a sample, for the kernels' streams. All 0 but pixel and bad where it passes the root box by.
+static const int kRasterOutWords = 4;       // words that are read
+static const int kRasterOutStride = 4;      // words from one record to the next
+struct raster_out_record {
+  position_t origin[3];
+  direction_t direction[3];
+  t_limit_t t_max;
+  entry_scale_t scale;
+  entry_start_t start;
+  pixel_index_t pixel;
+  flag_t enters;
+  flag_t bad;
+};
+inline raster_out_record unpack_raster_out(const word_t words[4]) {
+  raster_out_record r;
+  const ap_uint<64> w0 = words[0];
+  const ap_uint<64> w1 = words[0] >> 64;
+  const ap_uint<64> w2 = words[1];
+  const ap_uint<64> w3 = words[1] >> 64;
+  r.origin[0] = w0;
+  r.origin[1] = w0 >> 27;
+  ap_uint<64> origin2_low = w0 >> 54;
+  ap_uint<64> origin2_high = w1;
+  origin2_high <<= 10;
+  origin2_low |= origin2_high;
+  r.origin[2] = origin2_low;
+  r.direction[0] = w1 >> 17;
+  ap_uint<64> direction1_low = w1 >> 44;
+  ap_uint<64> direction1_high = w2;
+  direction1_high <<= 20;
+  direction1_low |= direction1_high;
+  r.direction[1] = direction1_low;
+  r.direction[2] = w2 >> 7;
+  r.t_max = w2 >> 34;
+  ap_uint<64> scale0_low = w2 >> 61;
+  ap_uint<64> scale0_high = w3;
+  scale0_high <<= 3;
+  scale0_low |= scale0_high;
+  r.scale = scale0_low;
+  r.start = w3 >> 2;
+  r.pixel = w3 >> 25;
+  r.enters = w3 >> 48;
+  r.bad = w3 >> 49;
+  return r;
+}
+inline void pack_raster_out(const raster_out_record& r, word_t words[4]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  ap_uint<64> w2 = 0;
+  ap_uint<64> w3 = 0;
+  ap_uint<64> w4 = 0;
+  ap_uint<64> w5 = 0;
+  ap_uint<64> w6 = 0;
+  ap_uint<64> w7 = 0;
+  const ap_uint<64> origin0 = ap_uint<27>(r.origin[0]);
+  ap_uint<64> origin0_0 = origin0;
+  w0 |= origin0_0;
+  const ap_uint<64> origin1 = ap_uint<27>(r.origin[1]);
+  ap_uint<64> origin1_0 = origin1;
+  origin1_0 <<= 27;
+  w0 |= origin1_0;
+  const ap_uint<64> origin2 = ap_uint<27>(r.origin[2]);
+  ap_uint<64> origin2_0 = origin2;
+  origin2_0 <<= 54;
+  w0 |= origin2_0;
+  ap_uint<64> origin2_10 = origin2 >> 10;
+  w1 |= origin2_10;
+  const ap_uint<64> direction0 = ap_uint<27>(r.direction[0]);
+  ap_uint<64> direction0_0 = direction0;
+  direction0_0 <<= 17;
+  w1 |= direction0_0;
+  const ap_uint<64> direction1 = ap_uint<27>(r.direction[1]);
+  ap_uint<64> direction1_0 = direction1;
+  direction1_0 <<= 44;
+  w1 |= direction1_0;
+  ap_uint<64> direction1_20 = direction1 >> 20;
+  w2 |= direction1_20;
+  const ap_uint<64> direction2 = ap_uint<27>(r.direction[2]);
+  ap_uint<64> direction2_0 = direction2;
+  direction2_0 <<= 7;
+  w2 |= direction2_0;
+  const ap_uint<64> t_max0 = ap_uint<27>(r.t_max);
+  ap_uint<64> t_max0_0 = t_max0;
+  t_max0_0 <<= 34;
+  w2 |= t_max0_0;
+  const ap_uint<64> scale0 = ap_uint<5>(r.scale);
+  ap_uint<64> scale0_0 = scale0;
+  scale0_0 <<= 61;
+  w2 |= scale0_0;
+  ap_uint<64> scale0_3 = scale0 >> 3;
+  w3 |= scale0_3;
+  const ap_uint<64> start0 = ap_uint<23>(r.start);
+  ap_uint<64> start0_0 = start0;
+  start0_0 <<= 2;
+  w3 |= start0_0;
+  const ap_uint<64> pixel0 = ap_uint<23>(r.pixel);
+  ap_uint<64> pixel0_0 = pixel0;
+  pixel0_0 <<= 25;
+  w3 |= pixel0_0;
+  const ap_uint<64> enters0 = ap_uint<1>(r.enters);
+  ap_uint<64> enters0_0 = enters0;
+  enters0_0 <<= 48;
+  w3 |= enters0_0;
+  const ap_uint<64> bad0 = ap_uint<1>(r.bad);
+  ap_uint<64> bad0_0 = bad0;
+  bad0_0 <<= 49;
+  w3 |= bad0_0;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
+  word_t high1 = w3;
+  high1 <<= 64;
+  const word_t low1 = w2;
+  words[1] = high1 | low1;
+  word_t high2 = w5;
+  high2 <<= 64;
+  const word_t low2 = w4;
+  words[2] = high2 | low2;
+  word_t high3 = w7;
+  high3 <<= 64;
+  const word_t low3 = w6;
+  words[3] = high3 | low3;
+}
+
+typedef ap_uint<512> raster_out_word_t;
+inline raster_out_record read_raster_out(const raster_out_word_t& bits) {
+  word_t words[4];
+  words[0] = bits;
+  words[1] = bits >> 128;
+  words[2] = bits >> 256;
+  words[3] = bits >> 384;
+  return unpack_raster_out(words);
+}
+inline raster_out_word_t write_raster_out(const raster_out_record& record) {
+  word_t words[4];
+  pack_raster_out(record, words);
+  raster_out_word_t bits = words[0];
+  raster_out_word_t part1 = words[1];
+  part1 <<= 128;
+  bits |= part1;
+  raster_out_word_t part2 = words[2];
+  part2 <<= 256;
+  bits |= part2;
+  raster_out_word_t part3 = words[3];
+  part3 <<= 384;
+  bits |= part3;
+  return bits;
+}
+
+// What became of a sample, for the kernels' streams.
+static const int kShadeInWords = 1;       // words that are read
+static const int kShadeInStride = 1;      // words from one record to the next
+struct shade_in_record {
+  t_limit_t t;
+  triangle_id_t id;
+  flag_t hit;
+  entry_scale_t scale;
+  entry_start_t start;
+  pixel_index_t pixel;
+};
+inline shade_in_record unpack_shade_in(const word_t words[1]) {
+  shade_in_record r;
+  const ap_uint<64> w0 = words[0];
+  const ap_uint<64> w1 = words[0] >> 64;
+  r.t = w0;
+  r.id = w0 >> 27;
+  r.hit = w0 >> 59;
+  ap_uint<64> scale0_low = w0 >> 60;
+  ap_uint<64> scale0_high = w1;
+  scale0_high <<= 4;
+  scale0_low |= scale0_high;
+  r.scale = scale0_low;
+  r.start = w1 >> 1;
+  r.pixel = w1 >> 24;
+  return r;
+}
+inline void pack_shade_in(const shade_in_record& r, word_t words[1]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  const ap_uint<64> t0 = ap_uint<27>(r.t);
+  ap_uint<64> t0_0 = t0;
+  w0 |= t0_0;
+  const ap_uint<64> id0 = ap_uint<32>(r.id);
+  ap_uint<64> id0_0 = id0;
+  id0_0 <<= 27;
+  w0 |= id0_0;
+  const ap_uint<64> hit0 = ap_uint<1>(r.hit);
+  ap_uint<64> hit0_0 = hit0;
+  hit0_0 <<= 59;
+  w0 |= hit0_0;
+  const ap_uint<64> scale0 = ap_uint<5>(r.scale);
+  ap_uint<64> scale0_0 = scale0;
+  scale0_0 <<= 60;
+  w0 |= scale0_0;
+  ap_uint<64> scale0_4 = scale0 >> 4;
+  w1 |= scale0_4;
+  const ap_uint<64> start0 = ap_uint<23>(r.start);
+  ap_uint<64> start0_0 = start0;
+  start0_0 <<= 1;
+  w1 |= start0_0;
+  const ap_uint<64> pixel0 = ap_uint<23>(r.pixel);
+  ap_uint<64> pixel0_0 = pixel0;
+  pixel0_0 <<= 24;
+  w1 |= pixel0_0;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
+}
+
+typedef ap_uint<128> shade_in_word_t;
+inline shade_in_record read_shade_in(const shade_in_word_t& bits) {
+  word_t words[1];
+  words[0] = bits;
+  return unpack_shade_in(words);
+}
+inline shade_in_word_t write_shade_in(const shade_in_record& record) {
+  word_t words[1];
+  pack_shade_in(record, words);
+  shade_in_word_t bits = words[0];
+  return bits;
 }
 
 // Hit as the core writes it.

@@ -62,8 +62,9 @@ package rt_config_pkg;
   localparam int unsigned SourceTriangle = 3;
   localparam int unsigned SourceNode = 4;
   localparam int unsigned SourceRay = 5;
+  localparam int unsigned SourceMaterial = 6;
   localparam int unsigned CoreSources = 5;
-  localparam int unsigned Sources = 6;
+  localparam int unsigned Sources = 7;
 
   // Counters of the register map: the increments of one clock as a record (in memory order the first counter is the lowest), and as an array.
   localparam int unsigned CounterCount = 34;

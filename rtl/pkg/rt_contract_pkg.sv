@@ -128,6 +128,9 @@ package rt_contract_pkg;
   // 3 bits: What a pixel holds, see the pixel constants.
   localparam int unsigned PixelKindBits = 3;
   typedef logic [2:0] pixel_kind_t;
+  // 23 bits: Number of a pixel, row by row from the top left.
+  localparam int unsigned PixelIndexBits = 23;
+  typedef logic [22:0] pixel_index_t;
   // 8 bits: Component of a colour as a screen shows it, strength of a light, or place in a pixel in 1/256.
   localparam int unsigned ShadeBits = 8;
   typedef logic [7:0] shade_t;
@@ -315,6 +318,34 @@ package rt_contract_pkg;
     shade_t [2:0] colour;
     normal_t [2:0] normal;
   } material_record_t;
+
+  // Ray of a sample, for the kernels' streams. All 0 but pixel and bad where it passes the root box by.
+  localparam int unsigned RasterOutBytes = 64;
+  localparam int unsigned RasterOutUsedBits = 512;
+  typedef struct packed {
+    logic [269:0] padding;
+    flag_t bad;
+    flag_t enters;
+    pixel_index_t pixel;
+    entry_start_t start;
+    entry_scale_t scale;
+    t_limit_t t_max;
+    direction_t [2:0] direction;
+    position_t [2:0] origin;
+  } raster_out_record_t;
+
+  // What became of a sample, for the kernels' streams.
+  localparam int unsigned ShadeInBytes = 16;
+  localparam int unsigned ShadeInUsedBits = 128;
+  typedef struct packed {
+    logic [16:0] padding;
+    pixel_index_t pixel;
+    entry_start_t start;
+    entry_scale_t scale;
+    flag_t hit;
+    triangle_id_t id;
+    t_limit_t t;
+  } shade_in_record_t;
 
   // Hit as the core writes it.
   localparam int unsigned HitBytes = 16;

@@ -14,6 +14,7 @@
 #include "golden/engine/registry.hpp"
 #include "hls/ring/ring.hpp"
 #include "hls/top/trace.hpp"
+#include "csim_pixels.hpp"
 #include "watched_trace.hpp"
 
 namespace retrace {
@@ -175,6 +176,9 @@ EngineKind csim_engine_kind() {
   kind.shows_walks = true;
   kind.make = [](const GridScene&, const MemoryImage& image, const std::string&) -> std::unique_ptr<Engine> {
     return make_csim_engine(image);
+  };
+  kind.make_pixels = [](const MemoryImage& image, std::span<const contract::MaterialRecord> materials) {
+    return make_csim_pixels(image.words(), materials);
   };
   return kind;
 }
