@@ -67,6 +67,7 @@ package rt_core_pkg;
     logic                use_mailbox;
     logic                own_step_limit;
     logic [31:0]         step_limit;
+    logic                any_origin;  // rays come from rt_raster: origins may lie outside of the root box
   } run_t;
   // What the core says of it. Faults are sticky until the next start.
   typedef struct packed {

@@ -29,7 +29,7 @@ void run_on_chip(const RenderArguments& a, const Common& common) {
   const contract::FrameRecord frame = chip_frame(view, options);
   const contract::CameraRecord camera = chip_camera(view, loaded.grid, options.width, options.height);
   const std::vector<contract::MaterialRecord> materials = chip_materials(surfaces);
-  const std::unique_ptr<PixelEngine> engine = kind.make_pixels(loaded.image, materials);
+  const std::unique_ptr<PixelEngine> engine = make_pixel_engine(a.engine, loaded.image, materials);
   const double start = now();
   const std::vector<std::uint32_t> pixels = engine->draw(camera, frame, a.options.trace);
   const double seconds = now() - start;
