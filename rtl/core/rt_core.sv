@@ -30,6 +30,7 @@ module rt_core #(
     output rt_core_pkg::run_status_t      status_o,
     output logic                          rays_start_o,
     input  logic                          sources_done_i,
+    output rt_contract_pkg::position_t [5:0] box_o,  // of the image, from rays_start_o on
     output logic                          drained_o,
     input  logic                          sinks_done_i,
     input  logic                          ray_valid_i,
@@ -114,6 +115,11 @@ module rt_core #(
   end
 
   rt_core_pkg::image_view_t view;
+  // The box in which a ray has to begin.
+  rt_contract_pkg::position_t [5:0] launch_box;
+  localparam rt_contract_pkg::position_t LowestPosition = {1'b1, (rt_contract_pkg::PositionBits - 1)'(0)};
+  assign launch_box = run_i.any_origin ? {3{~LowestPosition, LowestPosition}} : view.box;
+  assign box_o      = view.box;
   logic                     flush;
   logic [2:0]               unit_flush, flushing;  // nodes, leaves, lists and triangles
   rt_copies #(
@@ -245,7 +251,7 @@ module rt_core #(
   ) u_launch (
       .clk_i,
       .rst_ni          (rst_n[ResetRays]),
-      .box_i           (view.box),
+      .box_i           (launch_box),
       .ray_valid_i     (ray_valid_i && rays_open),
       .ray_ready_o     (launch_ray_ready),
       .ray_i,
