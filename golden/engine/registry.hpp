@@ -38,6 +38,7 @@ struct EngineKind {
   bool stack = false;           ///< knows WayUp::kStack
   bool any_mailbox = false;     ///< takes a mailbox of any size; otherwise none or the kernel's
   bool two_level = false;       ///< its arithmetic is that of golden/accel, which has the two-level structure
+  bool instances = false;       ///< traces images of two levels
   bool counts_work = true;      ///< knows the work of each ray
   bool shows_walks = false;     ///< has Engine::walk
   std::function<void(CLI::App&)> add_options;  ///< may be empty
@@ -67,6 +68,9 @@ std::vector<std::string> parse_engines(const std::string& list);
 /// Of each engine of a list, the place of the one that it is held against: the first, but for a fixed-point engine rather the first fixed-point
 /// one, because then nothing less than the same bits will do. The first stands for itself.
 std::vector<std::size_t> places_held_against(std::span<const std::string> engines);
+/// Throws UsageError if the engine does not trace images of two levels.
+void check_instances(const std::string& specification);
+/// Throws as check_instances() does for an image of two levels.
 std::unique_ptr<Engine> make_engine(const std::string& specification, const GridScene& scene, const MemoryImage& image);
 /// Throws UsageError if the engine does not know the way up or the size of the mailbox, or an option of its own is wrong.
 void check_options(const std::string& specification, const TraceOptions& options);

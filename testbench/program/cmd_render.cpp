@@ -99,6 +99,7 @@ void run_render(RenderArguments& a, const Common& common) {
                                        : LightChoice::kAuto;
   parse_exposure(a.exposure, 1.0);
   check_options(a.engine, options.trace);
+  if (common.two_levels == TwoLevels::kOn) check_instances(a.engine);
   for (const std::string& name : a.aovs) {
     bool known = false;
     std::string names;
@@ -176,6 +177,7 @@ void run_render(RenderArguments& a, const Common& common) {
     print_work("occlusion", result.occlusion);
   }
   if (kind.summary) std::printf("  %s\n", kind.summary(*engine).c_str());
+  print_levels(loaded);
   std::printf("  built in %.2f s, traced in %.2f s (%s rays/s), shaded in %.2f s\n", loaded.build_s, result.trace_s,
               with_unit(rays_s).c_str(), result.shade_s + result.quantise_s);
   for (const auto& file : files.files()) std::printf("  wrote %s\n", file->path().c_str());
@@ -274,6 +276,7 @@ void add_render(CLI::App& app, Program& program) {
   moving(video->type_name("FILE"));
   moving(command->add_flag("--no-video", a->no_video, "Only the sequence")->excludes(video));
   add_engine_options(*command);
+  add_two_level(*command, program);
   add_common(*command, program);
   std::string footer = "Engines:\n" + engine_help() +
                        "AOVs (each written as FILE.NAME.exr with the data and FILE.NAME.png to look at):\n";
