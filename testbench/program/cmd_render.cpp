@@ -260,12 +260,14 @@ void add_render(CLI::App& app, Program& program) {
   moving(command->add_option("--clip", a->clip, "Number of the animation in the file")
              ->capture_default_str()
              ->type_name("N"));
-  moving(command
-             ->add_option("--structure", a->structure,
-                          "two-level: a tree an object, only the top level follows motion; one-tree: rebuilt over all "
-                          "triangles every frame, which any engine can walk")
-             ->capture_default_str()
-             ->check(CLI::IsMember({"two-level", "one-tree"})));
+  moving(
+      command
+          ->add_option(
+              "--structure", a->structure,
+              "two-level: a tree an object, only instance records and the top level follow motion; one-tree: rebuilt "
+              "over all triangles every frame, which any engine can walk")
+          ->capture_default_str()
+          ->check(CLI::IsMember({"two-level", "one-tree"})));
   moving(command
              ->add_option("--full-rebuild", a->full_rebuild,
                           "When to build the frame from nothing beside the two-level structure: to time it at the "
@@ -290,7 +292,9 @@ void add_render(CLI::App& app, Program& program) {
       "  retrace render room.glb -o room.png --engine csim --aov depth,steps,tests\n"
       "  retrace render room.glb -o room.exr --camera 0 --stats room.json\n"
       "  retrace make-scene creatures -o creatures.glb\n"
-      "  retrace render creatures.glb -o creatures.png --animation --fps 25\n";
+      "  retrace render carousel --two-level auto --engine csim -o carousel.png\n"
+      "  retrace render creatures.glb -o creatures.png --animation --fps 25\n"
+      "  retrace render carousel.glb -o carousel.png --animation --frames 4 --engine csim --full-rebuild every\n";
   command->footer(footer);
   command->callback([a, way_up, mailbox, &program] {
     a->chose_walk = way_up->count() > 0 || mailbox->count() > 0;
