@@ -29,6 +29,9 @@ constexpr std::array<std::int32_t, 6> kNothing{1 << 30, -(1 << 30), 1 << 30, -(1
 constexpr std::array<std::int32_t, 6> kSmallBox{-contract::kBoxPad, contract::kBoxPad,  -contract::kBoxPad,
                                                 contract::kBoxPad,  -contract::kBoxPad, contract::kBoxPad};
 
+/// Cost of a reference to an instance, in steps down: a measured choice (docs/memory-image.md, "Two levels").
+constexpr double kEntryCost = 4.0;
+
 /// The tree over the boxes of the instances. Its triangles are stand-ins with the numbers of instances as ids.
 MemoryImage build_top(std::span<const contract::InstanceRecord> instances, std::span<const MemoryImage> objects,
                       const GridTransform& transform, BuildOptions options) {
@@ -45,6 +48,7 @@ MemoryImage build_top(std::span<const contract::InstanceRecord> instances, std::
   }
   if (instances.empty()) world.box = kSmallBox;
   options.clip = false;
+  options.intersection_cost = kEntryCost;
   options.progress = {};
   return build_kd(world, options);
 }

@@ -12,6 +12,7 @@
 #include "golden/engine/instance_ray.hpp"
 #include "golden/engine/registry.hpp"
 #include "golden/engine/stages/instance_enter.hpp"
+#include "golden/gltf/gltf_loader.hpp"
 #include "golden/tree/instanced_scene.hpp"
 #include "golden/tree/traced_scene.hpp"
 #include "golden/tree/two_level_scene.hpp"
@@ -290,6 +291,53 @@ TEST(Instances, of_a_file_stay_instances) {
     EXPECT_TRUE(on.image.two_levels());
     if (on.grid.instances.empty()) continue;
     EXPECT_NO_THROW(on.image.check()) << name;
+  }
+}
+
+TEST(Instances, of_ext_mesh_gpu_instancing_stay_instances) {
+  // One triangle, shown by a node three times; the accessors of the instances stand behind its positions.
+  std::vector<float> values{0, 0, 0, 1, 0, 0, 0, 1, 0};
+  for (int i = 0; i < 3; ++i)
+    for (const float x : {2.0f * static_cast<float>(i), 0.5f, static_cast<float>(-i)}) values.push_back(x);
+  for (int i = 0; i < 3; ++i)
+    for (int axis = 0; axis < 3; ++axis) values.push_back(i == 1 && axis == 0 ? -1.0f : 1.0f);
+  const std::string text =
+      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"extensionsUsed":["EXT_mesh_gpu_instancing"],)"
+      R"("buffers":[{"byteLength":108}],"bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":36},)"
+      R"({"buffer":0,"byteOffset":72,"byteLength":36}],"accessors":[)"
+      R"({"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},)"
+      R"({"bufferView":1,"componentType":5126,"count":3,"type":"VEC3"},{"bufferView":2,"componentType":5126,"count":3,"type":"VEC3"}],)"
+      R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],)"
+      R"("nodes":[{"mesh":0,"translation":[0,0,7],"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":1,"SCALE":2}}}}]})";
+  std::string json = text + std::string((4 - text.size() % 4) % 4, ' ');
+  std::vector<std::uint8_t> glb(20 + json.size() + 8 + 108);
+  const auto word = [&](std::size_t at, std::size_t value) {
+    const auto x = static_cast<std::uint32_t>(value);
+    std::memcpy(glb.data() + at, &x, 4);
+  };
+  word(0, 0x46546C67), word(4, 2), word(8, glb.size()), word(12, json.size()), word(16, 0x4E4F534A);
+  std::memcpy(glb.data() + 20, json.data(), json.size());
+  word(20 + json.size(), 108), word(24 + json.size(), 0x004E4942);
+  std::memcpy(glb.data() + 28 + json.size(), values.data(), 108);
+  const TracedScene two = prepare_scene(load_gltf_memory(glb), {}, TwoLevels::kAuto);
+  ASSERT_TRUE(two.grid.two_levels);
+  EXPECT_EQ(two.grid.instances.size(), 3u);
+  EXPECT_EQ(two.grid.objects.size(), 1u);
+  EXPECT_EQ(two.image.header().triangle_count, 1u);
+  const auto golden = make_golden_engine(two.grid, two.image);
+  const auto csim = make_csim_engine(two.image);
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    WorldRay ray;
+    const double side = i == 1 ? -1.0 : 1.0;  // this one is mirrored
+    ray.origin = {2.0 * i + side * 0.25, 0.75, 20};
+    ray.direction = {0, 0, -1};
+    const std::vector<GridRay> rays{quantise(ray, two.grid.transform, two.grid.box, false)};
+    for (Engine* engine : {golden.get(), static_cast<Engine*>(csim.get())}) {
+      const Hit hit = trace(*engine, rays)[0];
+      ASSERT_TRUE(hit.hit()) << engine->name() << " instance " << i;
+      EXPECT_EQ(hit.id, i) << engine->name();
+      EXPECT_NEAR(rays[0].t_base + rays[0].t_scale * hit.t, 13.0 + i, 1e-5) << engine->name();
+    }
   }
 }
 
