@@ -170,7 +170,7 @@ class Contest {
 
 /// How bright a hit looks under a lamp at the eye; at least 1.
 std::uint8_t shown(const Surfaces& surfaces, const Hit& hit, const glm::dvec3& direction) {
-  if (!hit.hit() || surfaces.grid_index(hit.id) == kNone) return 0;
+  if (!hit.hit() || !surfaces.exists(hit.id)) return 0;
   const SurfacePoint point = surfaces.at(hit, direction);
   const auto facing = static_cast<float>(std::fabs(glm::dot(point.normal, direction)));
   const float bright = srgb_encode(luminance(glm::vec3(point.base)) * (0.15f + 0.85f * facing));
@@ -291,7 +291,10 @@ void run_compare(const CompareArguments& a, Program& program) {
   TraceOptions trace = a.trace;
   trace.way_up = parse_way_up(a.way_up);
   trace.threads = program.common.threads;
-  for (const std::string& name : names) check_options(name, trace);
+  for (const std::string& name : names) {
+    check_options(name, trace);
+    if (program.common.two_levels == TwoLevels::kOn) check_instances(name);
+  }
   bool shadow = false, primary = false;
   for (const std::string& kind : a.rays) (kind == "shadow" ? shadow : primary) = true;
   OutputFiles files;
@@ -358,7 +361,7 @@ void run_compare(const CompareArguments& a, Program& program) {
       shadow_rays.clear();
       for (std::size_t i = 0; i < n; ++i) {
         const Hit& hit = contest.hits(0)[i];
-        if (!hit.hit() || surfaces.grid_index(hit.id) == kNone) continue;
+        if (!hit.hit() || !surfaces.exists(hit.id)) continue;
         const SurfacePoint point = surfaces.at(hit, rays[i].direction);
         lighting.sample(point, a.light_samples, sample_of(i), hash_combine(hash_combine(a.seed, pixel_of(i)), 0x5348u),
                         samples);
@@ -374,6 +377,7 @@ void run_compare(const CompareArguments& a, Program& program) {
   std::printf("%s, %s triangles, %dx%d, engines %s, way up: %s\n", loaded.name.c_str(),
               with_commas(loaded.world.vertices.size()).c_str(), size.width, size.height, a.engines.c_str(),
               a.way_up.c_str());
+  print_levels(loaded);
   const bool asked[2] = {primary, shadow};
   for (int kind = 0; kind < 2; ++kind) {
     if (!asked[kind]) continue;
@@ -462,6 +466,7 @@ void add_compare(CLI::App& app, Program& program) {
       ->type_name("FILE");
   command->add_option("--stats", a->stats, "The table as JSON")->type_name("FILE");
   add_engine_options(*command);
+  add_two_level(*command, program);
   add_common(*command, program);
   command->footer(
       "Engines:\n" + engine_help() +

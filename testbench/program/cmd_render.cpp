@@ -99,6 +99,7 @@ void run_render(RenderArguments& a, const Common& common) {
                                        : LightChoice::kAuto;
   parse_exposure(a.exposure, 1.0);
   check_options(a.engine, options.trace);
+  if (common.two_levels == TwoLevels::kOn) check_instances(a.engine);
   for (const std::string& name : a.aovs) {
     bool known = false;
     std::string names;
@@ -111,6 +112,8 @@ void run_render(RenderArguments& a, const Common& common) {
     if (of_work && !find_engine(a.engine).counts_work)
       throw UsageError("engine " + a.engine + " does not count the work of each ray: there is no AOV " + name);
   }
+  if (a.on_chip && common.two_levels == TwoLevels::kOn)
+    throw UsageError("--on-chip traces one level only: --two-level off");
   if (a.on_chip && a.animation) throw UsageError("--on-chip makes a single picture: no --animation");
   if (a.on_chip) return run_on_chip(a, common);
   if (a.animation) return run_animation(a, common);
@@ -178,6 +181,7 @@ void run_render(RenderArguments& a, const Common& common) {
     print_work("occlusion", result.occlusion);
   }
   if (kind.summary) std::printf("  %s\n", kind.summary(*engine).c_str());
+  print_levels(loaded);
   std::printf("  built in %.2f s, traced in %.2f s (%s rays/s), shaded in %.2f s\n", loaded.build_s, result.trace_s,
               with_unit(rays_s).c_str(), result.shade_s + result.quantise_s);
   for (const auto& file : files.files()) std::printf("  wrote %s\n", file->path().c_str());
@@ -263,12 +267,14 @@ void add_render(CLI::App& app, Program& program) {
   moving(command->add_option("--clip", a->clip, "Number of the animation in the file")
              ->capture_default_str()
              ->type_name("N"));
-  moving(command
-             ->add_option("--structure", a->structure,
-                          "two-level: a tree an object, only the top level follows motion; one-tree: rebuilt over all "
-                          "triangles every frame, which any engine can walk")
-             ->capture_default_str()
-             ->check(CLI::IsMember({"two-level", "one-tree"})));
+  moving(
+      command
+          ->add_option(
+              "--structure", a->structure,
+              "two-level: a tree an object, only instance records and the top level follow motion; one-tree: rebuilt "
+              "over all triangles every frame, which any engine can walk")
+          ->capture_default_str()
+          ->check(CLI::IsMember({"two-level", "one-tree"})));
   moving(command
              ->add_option("--full-rebuild", a->full_rebuild,
                           "When to build the frame from nothing beside the two-level structure: to time it at the "
@@ -279,6 +285,7 @@ void add_render(CLI::App& app, Program& program) {
   moving(video->type_name("FILE"));
   moving(command->add_flag("--no-video", a->no_video, "Only the sequence")->excludes(video));
   add_engine_options(*command);
+  add_two_level(*command, program);
   add_common(*command, program);
   std::string footer = "Engines:\n" + engine_help() +
                        "AOVs (each written as FILE.NAME.exr with the data and FILE.NAME.png to look at):\n";
@@ -292,7 +299,9 @@ void add_render(CLI::App& app, Program& program) {
       "  retrace render room.glb -o room.png --engine csim --aov depth,steps,tests\n"
       "  retrace render room.glb -o room.exr --camera 0 --stats room.json\n"
       "  retrace make-scene creatures -o creatures.glb\n"
-      "  retrace render creatures.glb -o creatures.png --animation --fps 25\n";
+      "  retrace render carousel --two-level auto --engine csim -o carousel.png\n"
+      "  retrace render creatures.glb -o creatures.png --animation --fps 25\n"
+      "  retrace render carousel.glb -o carousel.png --animation --frames 4 --engine csim --full-rebuild every\n";
   command->footer(footer);
   command->callback([a, way_up, mailbox, spp, &program] {
     a->chose_spp = spp->count() > 0;

@@ -26,6 +26,7 @@ void run_trace(const TraceArguments& a, const Common& common) {
   options.way_up = parse_way_up(a.way_up);
   options.threads = common.threads;
   check_options(a.engine, options);
+  if (common.two_levels == TwoLevels::kOn) check_instances(a.engine);
   OutputFiles files;
   files.reads(a.scene);
   files.reads(a.input);
@@ -135,6 +136,7 @@ void add_trace(CLI::App& app, Program& program) {
   command->add_flag("--mailbox{8}", a->trace.mailbox, "Remember the last triangles tested (8 unless =N)");
   command->add_option("--stats", a->stats, "Counters and times as JSON")->type_name("FILE");
   add_engine_options(*command);
+  add_two_level(*command, program);
   add_common(*command, program);
   command->footer(
       "Rays: float64 array of shape (N, 8): origin x y z, t_min, direction x y z, t_max, in the scene's own units. The "

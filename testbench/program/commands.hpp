@@ -30,5 +30,7 @@ int run(int argc, const char* const* argv);
 
 /// --threads and --quiet.
 void add_common(CLI::App& command, Program& program);
+/// --two-level.
+void add_two_level(CLI::App& command, Program& program);
 
 }  // namespace retrace::cli
