@@ -11,20 +11,14 @@ if [ "${1:-}" = --require-yosys ]; then
   shift
 fi
 
-dirs=()
-for dir in rtl/lib rtl/stages rtl/cache rtl/regs rtl/top rtl/board; do
-  if [ -d "$dir" ]; then dirs+=("$dir"); fi
-done
-# Packages of a folder and of those before it; the cache also reads the core's sizes.
+mapfile -t dirs < <(sed -e '/^#/d' -e 's,^,rtl/,' rtl/rooms.txt)
+# Packages of the rooms up to a module's own.
 packages_of() {
-  echo rtl/pkg/rt_contract_pkg.sv
-  echo rtl/pkg/rt_config_pkg.sv
   local dir
   for dir in "${dirs[@]}"; do
-    find "$dir" -name '*_pkg.sv' | sort
+    sed -n "s,^\(${dir#rtl/}/.*_pkg.sv\)\$,rtl/\1,p" rtl/packages.txt
     if [ "$dir" = "$(dirname "$1")" ]; then break; fi
   done
-  if [ "$(dirname "$1")" = rtl/cache ]; then echo rtl/top/rt_core_pkg.sv; fi
 }
 modules=("$@")
 if ((${#modules[@]} == 0)); then
@@ -33,7 +27,8 @@ fi
 
 failed=0
 includes=()
-for dir in "${dirs[@]}"; do includes+=(-y "$dir" "+incdir+$dir"); done
+for dir in "${dirs[@]}"; do includes+=(-y "$dir"); done
+includes+=(+incdir+rtl/pkg)
 tasks=()
 for module in "${modules[@]}"; do
   file=$(find "${dirs[@]}" -name "$module.sv")
@@ -53,12 +48,15 @@ import os
 import subprocess
 import sys
 
-folders = "-y rtl/lib -y rtl/stages -y rtl/cache -y rtl/regs -y rtl/top -y rtl/board"
+sys.path.insert(0, "scripts")
+from rtl_rooms import rtl_rooms
+
+folders = " ".join("-y rtl/" + room for room in rtl_rooms())
 bad = 0
 for task in sys.argv[1:]:
     module, files = task.split(" ", 1)
     script = "; ".join([
-        "read_slang -j 1 --top %s -I rtl/lib %s %s" % (module, folders, files),
+        "read_slang -j 1 --top %s -I rtl/pkg %s %s" % (module, folders, files),
         "hierarchy -check -top " + module, "proc", "flatten", "opt_clean", "check -assert", "select -assert-none t:$dlatch t:$adlatch"])
     program = "from pyosys import libyosys as ys; d = ys.Design(); [ys.run_pass(c, d) for c in %r.split('; ')]" % script
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)

@@ -1,5 +1,5 @@
 // Driver of a Retrace core: loads an image, submits rays, waits, reads hits, status and counters. Works on any Device.
-// Register map: rtl/regs/rt_regs.rdl.
+// Register map: rtl/shell/rt_regs.rdl.
 #pragma once
 #include <cstdint>
 #include <functional>

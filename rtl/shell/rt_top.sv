@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Top of the core: AXI4-Lite registers, AXI4 master, interrupt.
 //
-// Purpose     Registers (rtl/regs, generated from rt_regs.rdl), the AXI master and its orderly stop around rt_core.
+// Purpose     Registers (rtl/shell, generated from rt_regs.rdl), the AXI master and its orderly stop around rt_core.
 // Reads       ARID = {source, miss register}; answers are taken in every clock (RREADY is 1 out of reset) in any order between ids.
 //             Bursts are INCR, aligned, of at most 128 bytes, and stay within 4 KB.
 // Writes      Lines of 64 bytes with strobes (rt_hit_sink), one id.

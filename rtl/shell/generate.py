@@ -47,11 +47,11 @@ def main() -> int:
         differing = [f for f in FILES if not (HERE / f).exists() or not filecmp.cmp(HERE / f, f"{folder}/{f}", shallow=False)]
         if options.check:
             for name in differing:
-                print(f"generate.py: rtl/regs/{name} is not what rt_regs.rdl gives; run rtl/regs/generate.py", file=sys.stderr)
+                print(f"generate.py: rtl/shell/{name} is not what rt_regs.rdl gives; run rtl/shell/generate.py", file=sys.stderr)
             return 1 if differing else 0
         for name in differing:
             shutil.copyfile(f"{folder}/{name}", HERE / name)
-            print(f"wrote rtl/regs/{name}")
+            print(f"wrote rtl/shell/{name}")
     return 0
 
 
