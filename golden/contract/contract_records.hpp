@@ -34,14 +34,13 @@ constexpr bool fits_unsigned(std::uint64_t value, int width) { return width == 6
 /// Two siblings and the parent they share. 16 bytes: four pairs a 64-byte line, 8 bytes a node.
 struct NodePairRecord {
   static constexpr int kWords = 2;
-  std::int32_t left_split{};   ///< Split plane of the left node (interior); size code (leaf).
-  std::uint32_t left_axis{};   ///< Split axis of the left node, or axis_leaf.
+  std::int32_t left_split{};  ///< Split plane of the left node (interior); size code (leaf).
+  std::uint32_t left_axis{};  ///< Split axis of the left node, or axis_leaf.
   std::uint32_t left_child{};  ///< Pair of its children (interior) or leaf record (leaf).
   std::int32_t right_split{};  ///< Same for the right node.
   std::uint32_t right_axis{};
   std::uint32_t right_child{};
-  std::uint32_t
-      parent{};  ///< Node whose children these are. Pair 0 holds the root at left, a copy of it at right, parent 0.
+  std::uint32_t parent{};  ///< Node whose children these are. Pair 0 holds the root at left, a copy of it at right, parent 0.
 
   static constexpr NodePairRecord unpack(const std::uint64_t* words) {
     NodePairRecord r;
@@ -96,12 +95,11 @@ struct NodePairRecord {
 struct LeafRecord {
   static constexpr int kWords = 8;
   std::array<std::int32_t, 6> bound{};  ///< Planes by face: x lower, x upper, y lower, ...
-  std::array<std::uint32_t, 6>
-      link{};  ///< By face: the far child of the ancestor whose split is that plane; 0: the face is the scene box.
-  std::uint32_t kind{};                 ///< kind_triangles or kind_instance.
-  std::uint32_t parent{};               ///< Parent of the leaf (0 with the leaf itself being the root).
+  std::array<std::uint32_t, 6> link{};  ///< By face: the far child of the ancestor whose split is that plane; 0: the face is the scene box.
+  std::uint32_t kind{};  ///< kind_triangles or kind_instance.
+  std::uint32_t parent{};  ///< Parent of the leaf (0 with the leaf itself being the root).
   std::array<std::uint32_t, 5> refs{};  ///< The first references.
-  std::uint32_t count{};      ///< Number of references; engines read it where the node's size code is leaf_long.
+  std::uint32_t count{};  ///< Number of references; engines read it where the node's size code is leaf_long.
   std::uint32_t list_base{};  ///< Where references leaf_inline and up stand in the list.
 
   static constexpr LeafRecord unpack(const std::uint64_t* words) {
@@ -187,12 +185,12 @@ struct TriangleRecord {
   std::array<std::int32_t, 3> u{};  ///< Row u, scaled by 2^-(exponent_u - bias) to a norm in (1/2, 1).
   std::array<std::int32_t, 3> v{};  ///< Row v, scaled by 2^-(exponent_v - bias).
   std::array<std::int32_t, 3> n{};  ///< Row n: unit normal.
-  std::int32_t offset_u{};          ///< Constant of row u.
-  std::int32_t offset_v{};          ///< Constant of row v.
-  std::int32_t offset_n{};          ///< Constant of row n.
-  std::uint32_t exponent_u{};       ///< Biased exponent of row u; >= exponent_v.
-  std::uint32_t exponent_v{};       ///< Biased exponent of row v.
-  std::uint32_t id{};               ///< Triangle id.
+  std::int32_t offset_u{};  ///< Constant of row u.
+  std::int32_t offset_v{};  ///< Constant of row v.
+  std::int32_t offset_n{};  ///< Constant of row n.
+  std::uint32_t exponent_u{};  ///< Biased exponent of row u; >= exponent_v.
+  std::uint32_t exponent_v{};  ///< Biased exponent of row v.
+  std::uint32_t id{};  ///< Triangle id.
 
   static constexpr TriangleRecord unpack(const std::uint64_t* words) {
     TriangleRecord r;
@@ -262,12 +260,12 @@ struct TriangleRecord {
 /// Instance: the transform from the world's grid to the object's, and the tree to go on with. Row i of it is 2^e[i] (m[3 i .. 3 i + 2], b[i]).
 struct InstanceRecord {
   static constexpr int kWords = 8;
-  std::array<std::int32_t, 9> m{};    ///< Rows of the matrix, one after the other.
-  std::array<std::int64_t, 3> b{};    ///< Constants of the rows.
-  std::array<std::uint32_t, 3> e{};   ///< Exponents of the rows.
-  std::uint32_t root{};               ///< Root pair of the object's tree.
+  std::array<std::int32_t, 9> m{};  ///< Rows of the matrix, one after the other.
+  std::array<std::int64_t, 3> b{};  ///< Constants of the rows.
+  std::array<std::uint32_t, 3> e{};  ///< Exponents of the rows.
+  std::uint32_t root{};  ///< Root pair of the object's tree.
   std::array<std::int32_t, 6> box{};  ///< Box of the object by face; holds the root box of its tree.
-  std::uint32_t first_id{};           ///< Number in the world of the object's first triangle.
+  std::uint32_t first_id{};  ///< Number in the world of the object's first triangle.
 
   static constexpr InstanceRecord unpack(const std::uint64_t* words) {
     InstanceRecord r;
@@ -352,7 +350,7 @@ struct RayRecord {
   std::array<std::int32_t, 3> origin{};
   std::array<std::int32_t, 3> direction{};
   std::uint32_t t_max{};  ///< Hits with t <= t_max count.
-  std::uint32_t any{};    ///< 1: any hit will do (occlusion), the first accepted one is returned.
+  std::uint32_t any{};  ///< 1: any hit will do (occlusion), the first accepted one is returned.
 
   static constexpr RayRecord unpack(const std::uint64_t* words) {
     RayRecord r;
@@ -402,12 +400,12 @@ struct RayRecord {
 /// Hit as the core writes it.
 struct HitRecord {
   static constexpr int kWords = 2;
-  std::uint32_t t{};         ///< 0 unless status_hit.
+  std::uint32_t t{};  ///< 0 unless status_hit.
   std::uint32_t reserved{};  ///< 0.
   std::uint32_t status{};
   std::uint32_t id{};  ///< no_triangle unless status_hit.
-  std::uint32_t u{};   ///< Belongs to vertex 1 of the record's order.
-  std::uint32_t v{};   ///< Belongs to vertex 2 of the record's order.
+  std::uint32_t u{};  ///< Belongs to vertex 1 of the record's order.
+  std::uint32_t v{};  ///< Belongs to vertex 2 of the record's order.
 
   static constexpr HitRecord unpack(const std::uint64_t* words) {
     HitRecord r;
@@ -456,10 +454,10 @@ struct HitRecord {
 /// Work of one ray, as the kernels write it on request.
 struct WorkRecord {
   static constexpr int kWords = 2;
-  std::uint32_t down{};     ///< Interior nodes visited on the way down.
-  std::uint32_t up{};       ///< Ancestors visited on the way up.
-  std::uint32_t leaf{};     ///< Leaves visited.
-  std::uint32_t tests{};    ///< Triangle tests carried out.
+  std::uint32_t down{};  ///< Interior nodes visited on the way down.
+  std::uint32_t up{};  ///< Ancestors visited on the way up.
+  std::uint32_t leaf{};  ///< Leaves visited.
+  std::uint32_t tests{};  ///< Triangle tests carried out.
   std::uint32_t skipped{};  ///< Tests that the mailbox saved.
 
   static constexpr WorkRecord unpack(const std::uint64_t* words) {
@@ -506,10 +504,10 @@ struct WorkRecord {
 /// First two lines of a memory image. Offsets and sizes are in 64-byte lines.
 struct HeaderRecord {
   static constexpr int kWords = 16;
-  std::uint32_t magic{};        ///< image_magic.
-  std::uint32_t version{};      ///< image_version.
-  std::uint32_t lines{};        ///< Length of the image in lines, header included.
-  std::uint32_t checksum{};     ///< CRC-32 (IEEE) of the whole image with this word 0.
+  std::uint32_t magic{};  ///< image_magic.
+  std::uint32_t version{};  ///< image_version.
+  std::uint32_t lines{};  ///< Length of the image in lines, header included.
+  std::uint32_t checksum{};  ///< CRC-32 (IEEE) of the whole image with this word 0.
   std::uint32_t pair_offset{};  ///< First line of the node pairs.
   std::uint32_t pair_count{};
   std::uint32_t leaf_offset{};  ///< First line of the leaf records.
@@ -518,14 +516,14 @@ struct HeaderRecord {
   std::uint32_t list_count{};
   std::uint32_t triangle_offset{};  ///< First line of the triangle records.
   std::uint32_t triangle_count{};
-  std::uint32_t max_depth{};        ///< Largest number of interior nodes above a leaf.
-  std::uint32_t step_limit{};       ///< No ray takes more steps over this image.
+  std::uint32_t max_depth{};  ///< Largest number of interior nodes above a leaf.
+  std::uint32_t step_limit{};  ///< No ray takes more steps over this image.
   std::uint32_t instance_offset{};  ///< First line of the instance records; 0 in an image of one level.
   std::uint32_t instance_count{};
-  std::array<std::uint32_t, 6> box{};         ///< Root box by face, position codes, sign extended.
+  std::array<std::uint32_t, 6> box{};  ///< Root box by face, position codes, sign extended.
   std::array<std::uint32_t, 2> reserved_2{};  ///< 0.
-  std::uint64_t scale{};                      ///< position = (world - center) * scale.
-  std::array<std::uint64_t, 3> center{};      ///< World centre of the scene box.
+  std::uint64_t scale{};  ///< position = (world - center) * scale.
+  std::array<std::uint64_t, 3> center{};  ///< World centre of the scene box.
 
   static constexpr HeaderRecord unpack(const std::uint64_t* words) {
     HeaderRecord r;
@@ -699,7 +697,7 @@ struct RaySetupOutRecord {
   std::array<std::int32_t, 3> direction{};
   std::array<std::int32_t, 3> reciprocal{};  ///< 0 on an axis whose direction is 0.
   std::array<std::uint32_t, 3> shift{};
-  std::array<std::uint32_t, 3> zero{};      ///< Direction is 0 on that axis.
+  std::array<std::uint32_t, 3> zero{};  ///< Direction is 0 on that axis.
   std::array<std::uint32_t, 3> negative{};  ///< Direction is below 0 on that axis.
   std::uint32_t t_max{};
   std::uint32_t any{};
@@ -974,10 +972,10 @@ struct LeafExitInRecord {
 /// Where the ray leaves the cell.
 struct LeafExitOutRecord {
   static constexpr int kWords = 1;
-  std::int32_t t_exit{};   ///< Smallest t_plane of the three exit sides; the lowest axis on a tie.
-  std::uint32_t face{};    ///< The face it leaves through.
-  std::int32_t plane{};    ///< That face's plane.
-  std::uint32_t exits{};   ///< 0: all three directions are zero.
+  std::int32_t t_exit{};  ///< Smallest t_plane of the three exit sides; the lowest axis on a tie.
+  std::uint32_t face{};  ///< The face it leaves through.
+  std::int32_t plane{};  ///< That face's plane.
+  std::uint32_t exits{};  ///< 0: all three directions are zero.
   std::uint32_t broken{};  ///< t_exit < t, which no checked image gives.
 
   static constexpr LeafExitOutRecord unpack(const std::uint64_t* words) {
@@ -1026,7 +1024,7 @@ struct KdBacktrackInRecord {
   static constexpr int kWords = 4;
   std::uint32_t face{};
   std::int32_t plane{};
-  std::uint32_t node{};    ///< Where we are.
+  std::uint32_t node{};  ///< Where we are.
   std::uint32_t parent{};  ///< Its parent.
   std::int32_t parent_split{};
   std::uint32_t parent_axis{};
@@ -1087,7 +1085,7 @@ struct KdBacktrackOutRecord {
   std::uint32_t node{};  ///< Matched: the far child, to go down from. Otherwise the parent.
   std::uint32_t matched{};
   std::uint32_t finished{};  ///< No match and the parent is the root: the ray has left the scene.
-  std::uint32_t bad{};       ///< The parent is a leaf: the image is corrupt.
+  std::uint32_t bad{};  ///< The parent is a leaf: the image is corrupt.
 
   static constexpr KdBacktrackOutRecord unpack(const std::uint64_t* words) {
     KdBacktrackOutRecord r;
@@ -1230,7 +1228,7 @@ struct TriTestOutRecord {
   std::uint32_t id{};
   std::int64_t edge_u{};  ///< U.
   std::int64_t edge_v{};  ///< V.
-  std::int32_t dz{};      ///< d'z, above 0.
+  std::int32_t dz{};  ///< d'z, above 0.
   std::uint32_t exponent_u{};
   std::uint32_t exponent_v{};
 
@@ -1458,13 +1456,13 @@ struct InstanceEnterOutRecord {
   std::array<std::int32_t, 3> direction{};
   std::array<std::int32_t, 3> reciprocal{};  ///< 0 on an axis whose direction is 0.
   std::array<std::uint32_t, 3> shift{};
-  std::array<std::uint32_t, 3> zero{};      ///< Direction is 0 on that axis.
+  std::array<std::uint32_t, 3> zero{};  ///< Direction is 0 on that axis.
   std::array<std::uint32_t, 3> negative{};  ///< Direction is below 0 on that axis.
-  std::uint32_t t_max{};                    ///< Hits of the object with t <= t_max count.
-  std::uint32_t scale{};                    ///< k.
-  std::uint32_t start{};                    ///< q.
-  std::uint32_t enters{};                   ///< The ray meets the object's box within reach.
-  std::uint32_t bad{};                      ///< The record is none that a host writes: exponents or scale out of range.
+  std::uint32_t t_max{};  ///< Hits of the object with t <= t_max count.
+  std::uint32_t scale{};  ///< k.
+  std::uint32_t start{};  ///< q.
+  std::uint32_t enters{};  ///< The ray meets the object's box within reach.
+  std::uint32_t bad{};  ///< The record is none that a host writes: exponents or scale out of range.
 
   static constexpr InstanceEnterOutRecord unpack(const std::uint64_t* words) {
     InstanceEnterOutRecord r;

@@ -11,14 +11,13 @@ static constexpr int kDirectionFrac = 26;
 static constexpr int kReciprocalBits = 27;  // Q2.25: Mantissa of 1/direction with its sign; magnitude in [2^25, 2^26).
 static constexpr int kReciprocalFrac = 25;
 static constexpr int kRecipShiftBits = 5;  // 5 bits: Right shift that follows (plane - origin) * reciprocal; 0..26.
-static constexpr int kTBits = 28;          // Q4.24: Ray parameter; box diagonal is 3.47.
+static constexpr int kTBits = 28;  // Q4.24: Ray parameter; box diagonal is 3.47.
 static constexpr int kTFrac = 24;
 static constexpr int kTLimitBits = 27;  // UQ3.24: Non-negative ray parameter, as rays and hits carry it.
 static constexpr int kTLimitFrac = 24;
 static constexpr int kCoefficientBits = 27;  // Q1.26: Coefficient of a unit-triangle row.
 static constexpr int kCoefficientFrac = 26;
-static constexpr int kOffsetBits =
-    32;  // Q3.29: Constant term of a unit-triangle row; it meets only adders, so its bits are cheap.
+static constexpr int kOffsetBits = 32;  // Q3.29: Constant term of a unit-triangle row; it meets only adders, so its bits are cheap.
 static constexpr int kOffsetFrac = 29;
 static constexpr int kRowPositionBits = 27;  // Q3.24: o'u, o'v, o'z: origin in the rows of the triangle.
 static constexpr int kRowPositionFrac = 24;
@@ -28,105 +27,82 @@ static constexpr int kEdgeBits = 55;  // Q5.50: U, V: edge functions, o'u d'z - 
 static constexpr int kEdgeFrac = 50;
 static constexpr int kEdgeSumBits = 57;  // Q7.50: W = (d'z >> eu) - U - (V >> (eu - ev)).
 static constexpr int kEdgeSumFrac = 50;
-static constexpr int kExponentBits =
-    6;  // 6 bits: Exponent of a u or v row, biased by exponent_bias; u = 2^(exponent - bias) * row.
+static constexpr int kExponentBits = 6;  // 6 bits: Exponent of a u or v row, biased by exponent_bias; u = 2^(exponent - bias) * row.
 static constexpr int kBarycentricBits = 25;  // UQ1.24: u and v of a hit.
 static constexpr int kBarycentricFrac = 24;
-static constexpr int kInstanceCoefficientBits =
-    32;  // Q1.31: Coefficient of a row of an instance's transform, scaled by 2^-row_exponent.
+static constexpr int kInstanceCoefficientBits = 32;  // Q1.31: Coefficient of a row of an instance's transform, scaled by 2^-row_exponent.
 static constexpr int kInstanceCoefficientFrac = 31;
-static constexpr int kInstanceOffsetBits =
-    34;  // Q3.31: Constant term of a row of an instance's transform, scaled by 2^-row_exponent.
+static constexpr int kInstanceOffsetBits = 34;  // Q3.31: Constant term of a row of an instance's transform, scaled by 2^-row_exponent.
 static constexpr int kInstanceOffsetFrac = 31;
-static constexpr int kRowExponentBits =
-    5;                                  // 5 bits: Exponent of a row of an instance's transform, 0..row_exponent_max.
+static constexpr int kRowExponentBits = 5;  // 5 bits: Exponent of a row of an instance's transform, 0..row_exponent_max.
 static constexpr int kBoxFaceBits = 8;  // Q1.7: Face of an object's box as an instance record holds it.
 static constexpr int kBoxFaceFrac = 7;
-static constexpr int kEntryScaleBits =
-    5;  // 5 bits: k of an entry: a step of 1 in the t of the object is one of 2^-k in the t of the world; 0..entry_scale_max.
-static constexpr int kEntryStartBits =
-    23;  // UQ19.4: q of an entry: t of the object's ray, counted from the world's origin, at which its own origin lies.
+static constexpr int kEntryScaleBits = 5;  // 5 bits: k of an entry: a step of 1 in the t of the object is one of 2^-k in the t of the world; 0..entry_scale_max.
+static constexpr int kEntryStartBits = 23;  // UQ19.4: q of an entry: t of the object's ray, counted from the world's origin, at which its own origin lies.
 static constexpr int kEntryStartFrac = 4;
 static constexpr int kTReachBits = 28;  // UQ4.24: Hits with a t of the world below it count.
 static constexpr int kTReachFrac = 24;
 static constexpr int kAxisBits = 2;  // 2 bits: Split axis 0, 1, 2; axis_leaf marks a leaf.
 static constexpr int kFaceBits = 3;  // 3 bits: Face of a cell, 2 * axis + (upper side).
-static constexpr int kNodeIndexBits =
-    24;  // 24 bits: Node; its pair is index >> 1, its side (0 left, 1 right) the low bit. Node 0 is the root; 0 as a link means none.
-static constexpr int kPairIndexBits = 23;      // 23 bits: Sibling pair, or leaf record where the node is a leaf.
+static constexpr int kNodeIndexBits = 24;  // 24 bits: Node; its pair is index >> 1, its side (0 left, 1 right) the low bit. Node 0 is the root; 0 as a link means none.
+static constexpr int kPairIndexBits = 23;  // 23 bits: Sibling pair, or leaf record where the node is a leaf.
 static constexpr int kTriangleIndexBits = 24;  // 24 bits: Triangle record in the image.
-static constexpr int kListIndexBits = 28;      // 28 bits: Position in the reference list of the image.
-static constexpr int kTriangleIdBits =
-    32;                                // 32 bits: Triangle number in the scene as loaded; the lowest wins on equal t.
+static constexpr int kListIndexBits = 28;  // 28 bits: Position in the reference list of the image.
+static constexpr int kTriangleIdBits = 32;  // 32 bits: Triangle number in the scene as loaded; the lowest wins on equal t.
 static constexpr int kStatusBits = 4;  // 4 bits: Outcome of a ray, see the status constants.
-static constexpr int kFlagBits = 1;    // 1 bits: One bit.
+static constexpr int kFlagBits = 1;  // 1 bits: One bit.
 static constexpr int kWorkCountBits = 25;  // 25 bits: Work counter of one ray.
-static constexpr int kWord32Bits = 32;     // 32 bits: Plain 32-bit word.
-static constexpr int kFloat64Bits = 64;    // 64 bits: Bits of an IEEE 754 double (host only).
+static constexpr int kWord32Bits = 32;  // 32 bits: Plain 32-bit word.
+static constexpr int kFloat64Bits = 64;  // 64 bits: Bits of an IEEE 754 double (host only).
 
-static constexpr int kExponentBias =
-    1;  // 1/height of the largest triangle of the box is above 1/4, so exponents start at -1.
+static constexpr int kExponentBias = 1;  // 1/height of the largest triangle of the box is above 1/4, so exponents start at -1.
 static constexpr int kExponentMax = 53;  // Largest biased exponent a record may hold.
-static constexpr int kEpsUv =
-    268435456;  // 2^-22: U of a hit lies in [-eps_uv, (d'z >> eu) + eps_uv], V likewise. Above the proven errors of both ends.
+static constexpr int kEpsUv = 268435456;  // 2^-22: U of a hit lies in [-eps_uv, (d'z >> eu) + eps_uv], V likewise. Above the proven errors of both ends.
 static constexpr int kEpsW = 536870912;  // 2^-21: W of a hit is at least -eps_w. Above the proven error of W.
-static constexpr int kWiden =
-    32;  // 2^-19: a triangle is referenced from every cell whose box, widened by this, it touches.
-static constexpr int kBoxPad =
-    1024;  // 2^-14: the root box is the box of the triangles and this, so that entry points lie in front of them.
-static constexpr int kAxisLeaf = 3;    // Axis code of a leaf.
+static constexpr int kWiden = 32;  // 2^-19: a triangle is referenced from every cell whose box, widened by this, it touches.
+static constexpr int kBoxPad = 1024;  // 2^-14: the root box is the box of the triangles and this, so that entry points lie in front of them.
+static constexpr int kAxisLeaf = 3;  // Axis code of a leaf.
 static constexpr int kLeafInline = 5;  // References a leaf record holds itself; the rest follow in the list.
-static constexpr int kLeafLong =
-    6;  // Size code of a leaf with more references than its record holds. The size code of any other leaf is their number.
+static constexpr int kLeafLong = 6;  // Size code of a leaf with more references than its record holds. The size code of any other leaf is their number.
 static constexpr unsigned kNoTriangle = 4294967295u;  // Triangle id of a miss.
-static constexpr int kImageMagic = 1145787474;        // 'RTKD', first word of a memory image.
-static constexpr int kImageVersion = 2;               // Version of the memory image.
-static constexpr int kImageVersionTwoLevels =
-    3;                                    // Version of an image with instances: the kernel takes it, the core does not.
+static constexpr int kImageMagic = 1145787474;  // 'RTKD', first word of a memory image.
+static constexpr int kImageVersion = 2;  // Version of the memory image.
+static constexpr int kImageVersionTwoLevels = 3;  // Version of an image with instances: the kernel takes it, the core does not.
 static constexpr int kKindTriangles = 0;  // Leaf of triangles.
-static constexpr int kKindInstance = 1;   // Leaf of instances: its references are numbers of instance records.
+static constexpr int kKindInstance = 1;  // Leaf of instances: its references are numbers of instance records.
 static constexpr int kRowExponentMax = 15;  // Largest exponent of a row: objects are made smaller by at most 2^-15.
-static constexpr int kEntryScaleMax = 16;   // Largest k of an entry.
-static constexpr int kEntrySpreadMax =
-    16;  // An origin lies at most 2^17 object units from the middle of the object, on any axis.
-static constexpr int kSlabPad =
-    8;  // The box of an object grows by this, in units of 2^(spread - 24), before a ray is cut with it. Above the proven error of its planes.
-static constexpr int kStatusMiss = 0;       // No triangle in [0, t_max].
-static constexpr int kStatusHit = 1;        // t, triangle, u, v are valid.
-static constexpr int kStatusBadRay = 2;     // Direction is zero or the origin lies outside the root box.
+static constexpr int kEntryScaleMax = 16;  // Largest k of an entry.
+static constexpr int kEntrySpreadMax = 16;  // An origin lies at most 2^17 object units from the middle of the object, on any axis.
+static constexpr int kSlabPad = 8;  // The box of an object grows by this, in units of 2^(spread - 24), before a ray is cut with it. Above the proven error of its planes.
+static constexpr int kStatusMiss = 0;  // No triangle in [0, t_max].
+static constexpr int kStatusHit = 1;  // t, triangle, u, v are valid.
+static constexpr int kStatusBadRay = 2;  // Direction is zero or the origin lies outside the root box.
 static constexpr int kStatusStepLimit = 3;  // More steps than a walk over this image can take.
-static constexpr int kStatusBadIndex = 4;   // The image holds an index outside its own tables.
-static constexpr int kStatusBadRecord =
-    5;  // The image holds a record that cannot be (leaf of unknown kind, ancestor that is a leaf).
-static constexpr int kStatusInvariant =
-    6;  // t_exit < t at a leaf: bounds and planes of the image contradict each other.
+static constexpr int kStatusBadIndex = 4;  // The image holds an index outside its own tables.
+static constexpr int kStatusBadRecord = 5;  // The image holds a record that cannot be (leaf of unknown kind, ancestor that is a leaf).
+static constexpr int kStatusInvariant = 6;  // t_exit < t at a leaf: bounds and planes of the image contradict each other.
 static constexpr int kStatusBusError = 7;  // The memory answered with an error (core only).
 
-static constexpr int kNodePairBytes =
-    16;  // Two siblings and the parent they share. 16 bytes: four pairs a 64-byte line, 8 bytes a node.
-static constexpr int kLeafBytes =
-    64;  // Leaf: six bounding planes, six face links, parent, references. In this order: the fewer references, the less has to be read.
-static constexpr int kTriangleBytes =
-    64;  // Unit-triangle transform. 64-byte stride, 48 bytes are read. Vertices are ordered so that height(v) >= height(u) >= height(w).
+static constexpr int kNodePairBytes = 16;  // Two siblings and the parent they share. 16 bytes: four pairs a 64-byte line, 8 bytes a node.
+static constexpr int kLeafBytes = 64;  // Leaf: six bounding planes, six face links, parent, references. In this order: the fewer references, the less has to be read.
+static constexpr int kTriangleBytes = 64;  // Unit-triangle transform. 64-byte stride, 48 bytes are read. Vertices are ordered so that height(v) >= height(u) >= height(w).
 static constexpr int kTriangleUsedBytes = 48;
-static constexpr int kInstanceBytes =
-    64;  // Instance: the transform from the world's grid to the object's, and the tree to go on with. Row i of it is 2^e[i] (m[3 i .. 3 i + 2], b[i]).
-static constexpr int kRayBytes = 32;      // Ray as the host writes it; the origin lies in the root box.
-static constexpr int kHitBytes = 16;      // Hit as the core writes it.
-static constexpr int kWorkBytes = 16;     // Work of one ray, as the kernels write it on request.
+static constexpr int kInstanceBytes = 64;  // Instance: the transform from the world's grid to the object's, and the tree to go on with. Row i of it is 2^e[i] (m[3 i .. 3 i + 2], b[i]).
+static constexpr int kRayBytes = 32;  // Ray as the host writes it; the origin lies in the root box.
+static constexpr int kHitBytes = 16;  // Hit as the core writes it.
+static constexpr int kWorkBytes = 16;  // Work of one ray, as the kernels write it on request.
 static constexpr int kHeaderBytes = 128;  // First two lines of a memory image. Offsets and sizes are in 64-byte lines.
-static constexpr int kRaySetupInBytes = 64;     // Ray and root box.
-static constexpr int kRaySetupOutBytes = 64;    // Ray state: the ray, its reciprocals, and whether it can be traced.
-static constexpr int kKdDescendInBytes = 32;    // Interior node and the ray's values on its axis.
-static constexpr int kKdDescendOutBytes = 4;    // Child to go to.
-static constexpr int kLeafExitInBytes = 64;     // Bounds of a leaf and the ray.
-static constexpr int kLeafExitOutBytes = 8;     // Where the ray leaves the cell.
+static constexpr int kRaySetupInBytes = 64;  // Ray and root box.
+static constexpr int kRaySetupOutBytes = 64;  // Ray state: the ray, its reciprocals, and whether it can be traced.
+static constexpr int kKdDescendInBytes = 32;  // Interior node and the ray's values on its axis.
+static constexpr int kKdDescendOutBytes = 4;  // Child to go to.
+static constexpr int kLeafExitInBytes = 64;  // Bounds of a leaf and the ray.
+static constexpr int kLeafExitOutBytes = 8;  // Where the ray leaves the cell.
 static constexpr int kKdBacktrackInBytes = 32;  // One step up: the exit face, the node we are in and its parent.
 static constexpr int kKdBacktrackOutBytes = 4;  // Where to go on.
-static constexpr int kTriTestInBytes = 128;     // Triangle record and ray.
-static constexpr int kTriTestOutBytes =
-    32;  // Candidate hit: what hit_finish needs of it. All 0 but id where there is no hit.
-static constexpr int kHitFinishInBytes = 32;       // Best candidate of a ray and the ray's status.
+static constexpr int kTriTestInBytes = 128;  // Triangle record and ray.
+static constexpr int kTriTestOutBytes = 32;  // Candidate hit: what hit_finish needs of it. All 0 but id where there is no hit.
+static constexpr int kHitFinishInBytes = 32;  // Best candidate of a ray and the ray's status.
 static constexpr int kInstanceEnterInBytes = 128;  // Instance and ray of the world.
 static constexpr int kInstanceEnterOutBytes = 64;  // Ray of the object. All 0 but bad where it is not entered.
 

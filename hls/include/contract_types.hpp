@@ -7,44 +7,44 @@
 
 namespace retrace::hls {
 
-typedef ap_uint<128> word_t;                // one word of the memory port
-typedef ap_int<27> position_t;              // Q3.24
-typedef ap_int<27> direction_t;             // Q1.26
-typedef ap_int<27> reciprocal_t;            // Q2.25
-typedef ap_uint<5> recip_shift_t;           // 5 bits
-typedef ap_int<28> t_t;                     // Q4.24
-typedef ap_uint<27> t_limit_t;              // UQ3.24
-typedef ap_int<27> coefficient_t;           // Q1.26
-typedef ap_int<32> offset_t;                // Q3.29
-typedef ap_int<27> row_position_t;          // Q3.24
-typedef ap_int<27> row_direction_t;         // Q1.26
-typedef ap_int<55> edge_t;                  // Q5.50
-typedef ap_int<57> edge_sum_t;              // Q7.50
-typedef ap_uint<6> exponent_t;              // 6 bits
-typedef ap_uint<25> barycentric_t;          // UQ1.24
+typedef ap_uint<128> word_t;  // one word of the memory port
+typedef ap_int<27> position_t;  // Q3.24
+typedef ap_int<27> direction_t;  // Q1.26
+typedef ap_int<27> reciprocal_t;  // Q2.25
+typedef ap_uint<5> recip_shift_t;  // 5 bits
+typedef ap_int<28> t_t;  // Q4.24
+typedef ap_uint<27> t_limit_t;  // UQ3.24
+typedef ap_int<27> coefficient_t;  // Q1.26
+typedef ap_int<32> offset_t;  // Q3.29
+typedef ap_int<27> row_position_t;  // Q3.24
+typedef ap_int<27> row_direction_t;  // Q1.26
+typedef ap_int<55> edge_t;  // Q5.50
+typedef ap_int<57> edge_sum_t;  // Q7.50
+typedef ap_uint<6> exponent_t;  // 6 bits
+typedef ap_uint<25> barycentric_t;  // UQ1.24
 typedef ap_int<32> instance_coefficient_t;  // Q1.31
-typedef ap_int<34> instance_offset_t;       // Q3.31
-typedef ap_uint<5> row_exponent_t;          // 5 bits
-typedef ap_int<8> box_face_t;               // Q1.7
-typedef ap_uint<5> entry_scale_t;           // 5 bits
-typedef ap_uint<23> entry_start_t;          // UQ19.4
-typedef ap_uint<28> t_reach_t;              // UQ4.24
-typedef ap_uint<2> axis_t;                  // 2 bits
-typedef ap_uint<3> face_t;                  // 3 bits
-typedef ap_uint<24> node_index_t;           // 24 bits
-typedef ap_uint<23> pair_index_t;           // 23 bits
-typedef ap_uint<24> triangle_index_t;       // 24 bits
-typedef ap_uint<28> list_index_t;           // 28 bits
-typedef ap_uint<32> triangle_id_t;          // 32 bits
-typedef ap_uint<4> status_t;                // 4 bits
-typedef ap_uint<1> flag_t;                  // 1 bits
-typedef ap_uint<25> work_count_t;           // 25 bits
-typedef ap_uint<32> word32_t;               // 32 bits
-typedef ap_uint<64> float64_t;              // 64 bits
+typedef ap_int<34> instance_offset_t;  // Q3.31
+typedef ap_uint<5> row_exponent_t;  // 5 bits
+typedef ap_int<8> box_face_t;  // Q1.7
+typedef ap_uint<5> entry_scale_t;  // 5 bits
+typedef ap_uint<23> entry_start_t;  // UQ19.4
+typedef ap_uint<28> t_reach_t;  // UQ4.24
+typedef ap_uint<2> axis_t;  // 2 bits
+typedef ap_uint<3> face_t;  // 3 bits
+typedef ap_uint<24> node_index_t;  // 24 bits
+typedef ap_uint<23> pair_index_t;  // 23 bits
+typedef ap_uint<24> triangle_index_t;  // 24 bits
+typedef ap_uint<28> list_index_t;  // 28 bits
+typedef ap_uint<32> triangle_id_t;  // 32 bits
+typedef ap_uint<4> status_t;  // 4 bits
+typedef ap_uint<1> flag_t;  // 1 bits
+typedef ap_uint<25> work_count_t;  // 25 bits
+typedef ap_uint<32> word32_t;  // 32 bits
+typedef ap_uint<64> float64_t;  // 64 bits
 
 // Two siblings and the parent they share. 16 bytes: four pairs a 64-byte line, 8 bytes a node.
-static const int kNodePairWords = 1;   // words that are read
-static const int kNodePairStride = 1;  // words from one record to the next
+static const int kNodePairWords = 1;       // words that are read
+static const int kNodePairStride = 1;      // words from one record to the next
 struct node_pair_record {
   position_t left_split;
   axis_t left_axis;
@@ -110,8 +110,8 @@ inline void pack_node_pair(const node_pair_record& r, word_t words[1]) {
 }
 
 // Leaf: six bounding planes, six face links, parent, references. In this order: the fewer references, the less has to be read.
-static const int kLeafWords = 4;   // words that are read
-static const int kLeafStride = 4;  // words from one record to the next
+static const int kLeafWords = 4;       // words that are read
+static const int kLeafStride = 4;      // words from one record to the next
 struct leaf_record {
   position_t bound[6];
   node_index_t link[6];
@@ -307,8 +307,8 @@ inline void pack_leaf(const leaf_record& r, word_t words[4]) {
 }
 
 // Unit-triangle transform. 64-byte stride, 48 bytes are read. Vertices are ordered so that height(v) >= height(u) >= height(w).
-static const int kTriangleWords = 3;   // words that are read
-static const int kTriangleStride = 4;  // words from one record to the next
+static const int kTriangleWords = 3;       // words that are read
+static const int kTriangleStride = 4;      // words from one record to the next
 struct triangle_record {
   coefficient_t u[3];
   coefficient_t v[3];
@@ -456,8 +456,8 @@ inline void pack_triangle(const triangle_record& r, word_t words[3]) {
 }
 
 // Instance: the transform from the world's grid to the object's, and the tree to go on with. Row i of it is 2^e[i] (m[3 i .. 3 i + 2], b[i]).
-static const int kInstanceWords = 4;   // words that are read
-static const int kInstanceStride = 4;  // words from one record to the next
+static const int kInstanceWords = 4;       // words that are read
+static const int kInstanceStride = 4;      // words from one record to the next
 struct instance_record {
   instance_coefficient_t m[9];
   instance_offset_t b[3];
@@ -634,8 +634,8 @@ inline void pack_instance(const instance_record& r, word_t words[4]) {
 }
 
 // Ray as the host writes it; the origin lies in the root box.
-static const int kRayWords = 2;   // words that are read
-static const int kRayStride = 2;  // words from one record to the next
+static const int kRayWords = 2;       // words that are read
+static const int kRayStride = 2;      // words from one record to the next
 struct ray_record {
   position_t origin[3];
   direction_t direction[3];
@@ -716,8 +716,8 @@ inline void pack_ray(const ray_record& r, word_t words[2]) {
 }
 
 // Hit as the core writes it.
-static const int kHitWords = 1;   // words that are read
-static const int kHitStride = 1;  // words from one record to the next
+static const int kHitWords = 1;       // words that are read
+static const int kHitStride = 1;      // words from one record to the next
 struct hit_record {
   t_limit_t t;
   flag_t reserved;
@@ -783,8 +783,8 @@ inline hit_word_t write_hit(const hit_record& record) {
 }
 
 // Work of one ray, as the kernels write it on request.
-static const int kWorkWords = 1;   // words that are read
-static const int kWorkStride = 1;  // words from one record to the next
+static const int kWorkWords = 1;       // words that are read
+static const int kWorkStride = 1;      // words from one record to the next
 struct work_record {
   work_count_t down;
   work_count_t up;
@@ -838,8 +838,8 @@ inline void pack_work(const work_record& r, word_t words[1]) {
 }
 
 // First two lines of a memory image. Offsets and sizes are in 64-byte lines.
-static const int kHeaderWords = 8;   // words that are read
-static const int kHeaderStride = 8;  // words from one record to the next
+static const int kHeaderWords = 8;       // words that are read
+static const int kHeaderStride = 8;      // words from one record to the next
 struct header_record {
   word32_t magic;
   word32_t version;
@@ -1058,8 +1058,8 @@ inline void pack_header(const header_record& r, word_t words[8]) {
 }
 
 // Ray and root box.
-static const int kRaySetupInWords = 4;   // words that are read
-static const int kRaySetupInStride = 4;  // words from one record to the next
+static const int kRaySetupInWords = 4;       // words that are read
+static const int kRaySetupInStride = 4;      // words from one record to the next
 struct ray_setup_in_record {
   position_t origin[3];
   direction_t direction[3];
@@ -1229,8 +1229,8 @@ inline ray_setup_in_word_t write_ray_setup_in(const ray_setup_in_record& record)
 }
 
 // Ray state: the ray, its reciprocals, and whether it can be traced.
-static const int kRaySetupOutWords = 4;   // words that are read
-static const int kRaySetupOutStride = 4;  // words from one record to the next
+static const int kRaySetupOutWords = 4;       // words that are read
+static const int kRaySetupOutStride = 4;      // words from one record to the next
 struct ray_setup_out_record {
   position_t origin[3];
   direction_t direction[3];
@@ -1432,8 +1432,8 @@ inline ray_setup_out_word_t write_ray_setup_out(const ray_setup_out_record& reco
 }
 
 // Interior node and the ray's values on its axis.
-static const int kKdDescendInWords = 2;   // words that are read
-static const int kKdDescendInStride = 2;  // words from one record to the next
+static const int kKdDescendInWords = 2;       // words that are read
+static const int kKdDescendInStride = 2;      // words from one record to the next
 struct kd_descend_in_record {
   position_t split;
   pair_index_t child;
@@ -1535,8 +1535,8 @@ inline kd_descend_in_word_t write_kd_descend_in(const kd_descend_in_record& reco
 }
 
 // Child to go to.
-static const int kKdDescendOutWords = 1;   // words that are read
-static const int kKdDescendOutStride = 1;  // words from one record to the next
+static const int kKdDescendOutWords = 1;       // words that are read
+static const int kKdDescendOutStride = 1;      // words from one record to the next
 struct kd_descend_out_record {
   node_index_t node;
 };
@@ -1572,8 +1572,8 @@ inline kd_descend_out_word_t write_kd_descend_out(const kd_descend_out_record& r
 }
 
 // Bounds of a leaf and the ray.
-static const int kLeafExitInWords = 4;   // words that are read
-static const int kLeafExitInStride = 4;  // words from one record to the next
+static const int kLeafExitInWords = 4;       // words that are read
+static const int kLeafExitInStride = 4;      // words from one record to the next
 struct leaf_exit_in_record {
   position_t bound[6];
   position_t origin[3];
@@ -1785,8 +1785,8 @@ inline leaf_exit_in_word_t write_leaf_exit_in(const leaf_exit_in_record& record)
 }
 
 // Where the ray leaves the cell.
-static const int kLeafExitOutWords = 1;   // words that are read
-static const int kLeafExitOutStride = 1;  // words from one record to the next
+static const int kLeafExitOutWords = 1;       // words that are read
+static const int kLeafExitOutStride = 1;      // words from one record to the next
 struct leaf_exit_out_record {
   t_t t_exit;
   face_t face;
@@ -1846,8 +1846,8 @@ inline leaf_exit_out_word_t write_leaf_exit_out(const leaf_exit_out_record& reco
 }
 
 // One step up: the exit face, the node we are in and its parent.
-static const int kKdBacktrackInWords = 2;   // words that are read
-static const int kKdBacktrackInStride = 2;  // words from one record to the next
+static const int kKdBacktrackInWords = 2;       // words that are read
+static const int kKdBacktrackInStride = 2;      // words from one record to the next
 struct kd_backtrack_in_record {
   face_t face;
   position_t plane;
@@ -1943,8 +1943,8 @@ inline kd_backtrack_in_word_t write_kd_backtrack_in(const kd_backtrack_in_record
 }
 
 // Where to go on.
-static const int kKdBacktrackOutWords = 1;   // words that are read
-static const int kKdBacktrackOutStride = 1;  // words from one record to the next
+static const int kKdBacktrackOutWords = 1;       // words that are read
+static const int kKdBacktrackOutStride = 1;      // words from one record to the next
 struct kd_backtrack_out_record {
   node_index_t node;
   flag_t matched;
@@ -1998,8 +1998,8 @@ inline kd_backtrack_out_word_t write_kd_backtrack_out(const kd_backtrack_out_rec
 }
 
 // Triangle record and ray.
-static const int kTriTestInWords = 8;   // words that are read
-static const int kTriTestInStride = 8;  // words from one record to the next
+static const int kTriTestInWords = 8;       // words that are read
+static const int kTriTestInStride = 8;      // words from one record to the next
 struct tri_test_in_record {
   coefficient_t u[3];
   coefficient_t v[3];
@@ -2271,8 +2271,8 @@ inline tri_test_in_word_t write_tri_test_in(const tri_test_in_record& record) {
 }
 
 // Candidate hit: what hit_finish needs of it. All 0 but id where there is no hit.
-static const int kTriTestOutWords = 2;   // words that are read
-static const int kTriTestOutStride = 2;  // words from one record to the next
+static const int kTriTestOutWords = 2;       // words that are read
+static const int kTriTestOutStride = 2;      // words from one record to the next
 struct tri_test_out_record {
   flag_t hit;
   t_limit_t t;
@@ -2381,8 +2381,8 @@ inline tri_test_out_word_t write_tri_test_out(const tri_test_out_record& record)
 }
 
 // Best candidate of a ray and the ray's status.
-static const int kHitFinishInWords = 2;   // words that are read
-static const int kHitFinishInStride = 2;  // words from one record to the next
+static const int kHitFinishInWords = 2;       // words that are read
+static const int kHitFinishInStride = 2;      // words from one record to the next
 struct hit_finish_in_record {
   status_t status;
   t_limit_t t;
@@ -2491,8 +2491,8 @@ inline hit_finish_in_word_t write_hit_finish_in(const hit_finish_in_record& reco
 }
 
 // Instance and ray of the world.
-static const int kInstanceEnterInWords = 8;   // words that are read
-static const int kInstanceEnterInStride = 8;  // words from one record to the next
+static const int kInstanceEnterInWords = 8;       // words that are read
+static const int kInstanceEnterInStride = 8;      // words from one record to the next
 struct instance_enter_in_record {
   instance_coefficient_t m[9];
   instance_offset_t b[3];
@@ -2781,8 +2781,8 @@ inline instance_enter_in_word_t write_instance_enter_in(const instance_enter_in_
 }
 
 // Ray of the object. All 0 but bad where it is not entered.
-static const int kInstanceEnterOutWords = 4;   // words that are read
-static const int kInstanceEnterOutStride = 4;  // words from one record to the next
+static const int kInstanceEnterOutWords = 4;       // words that are read
+static const int kInstanceEnterOutStride = 4;      // words from one record to the next
 struct instance_enter_out_record {
   position_t origin[3];
   direction_t direction[3];
