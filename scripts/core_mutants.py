@@ -1,6 +1,7 @@
 """Mutants of the whole core: (what is broken, file below rtl/, text with the expression between @, what stands for it instead).
 
-All of them are compiled into one model, in which the environment chooses one (mutants.py), so each is an expression in place of another.
+All of a list are compiled into one model, in which the environment chooses one (mutants.py), so each is an expression in place of another.
+MUTANTS are those of every core, in configuration `small`; TWO_LEVELS those of what only a core of two levels has, in `saarcor`.
 """
 MUTANTS = [
     # The pipe of contexts.
@@ -28,24 +29,24 @@ MUTANTS = [
     ("the link of another axis", "leaf/rt_leaf_unit.sv", "leave_o.link = @tag_out.link[axis]@;", "tag_out.link[0]"),
     ("a long leaf has as many references as its code", "leaf/rt_leaf_unit.sv", "p6_count  = @p6_size_q < rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong)@ ?", "1'b1"),
     ("a miss counts as a hit in the leaf unit", "leaf/rt_leaf_unit.sv", "park[5] = @p5_look && !p5_hit@;", "1'b0"),
-    ("tests are no steps", "leaf/rt_leaf_unit.sv", "leave_o.steps  = @tag_out.steps + 32'(tag_out.count)@;", "tag_out.steps"),
-    ("an empty leaf is tested", "leaf/rt_leaf_unit.sv", "at_once         = @result != rt_core_pkg::EventGoOn || tag_out.count == '0@;", "result != rt_core_pkg::EventGoOn"),
+    ("tests are no steps", "leaf/rt_leaf_unit.sv", "? 32'd0 : @32'(tag_out.count)@);", "32'd0"),
+    ("an empty leaf is tested", "leaf/rt_leaf_unit.sv", "|| @(Levels > 1 ? tag_out.nothing : tag_out.count == '0)@;", "1'b0"),
     ("leaves beyond the image are read", "leaf/rt_leaf_unit.sv", "in_goal.beyond = @32'(in_data_q.leaf) >= view_i.leaf_count@;", "1'b0"),
     ("records of any kind are leaves", "leaf/rt_leaf_unit.sv", "if (@tag_out.bad_kind@)", "1'b0"),
     ("a leaf that the ray is not in is left", "leaf/rt_leaf_unit.sv", "else if (@exit_out.broken@)", "1'b0"),
     # The reference unit.
     ("one test too many", "leaf/rt_reference_unit.sv", "if (@LimitBits'(i2_next_q) >= i2_refs_q.steps_end@)", "LimitBits'(i2_next_q) > i2_refs_q.steps_end"),
-    ("a leaf begins where the one before ended", "leaf/rt_reference_unit.sv", "<= @i1_first_q ? '0 : i1_stored.next@;", "i1_stored.next"),
+    ("a leaf begins where the one before ended", "leaf/rt_reference_unit.sv", "<= @i1_first_q ? i1_first : i1_stored.next@;", "i1_stored.next"),
     ("the last reference is left out", "leaf/rt_reference_unit.sv", "i4_final_q       <= @i3_after_q == i3_count_q@;", "i3_after_q + 1'b1 == i3_count_q"),
     ("a reference keeps the index of the one before", "leaf/rt_reference_unit.sv", "if (@done_q@) resolved_q[done_context_q] <= 1'b0;", "1'b0"),
-    ("a test is lost where the stage is busy", "leaf/rt_reference_unit.sv", "i9_replay = @i9_send && !out_ready_i@;", "1'b0"),
+    ("a test is lost where the stage is busy", "leaf/rt_reference_unit.sv", "i9_replay = @(i9_send && !out_ready_i)@ ||", "1'b0"),
     ("a list miss counts as a hit", "leaf/rt_reference_unit.sv", "park[5] = @i5_list_look && !i5_list_hit@;", "1'b0"),
     ("the list begins a reference late", "leaf/rt_reference_unit.sv", "!i2_resolved_q && @i2_next_q >= 24'(rt_contract_pkg::LeafInline)@;", "i2_next_q > 24'(rt_contract_pkg::LeafInline)"),
     ("the first entry of each word of the list", "leaf/rt_reference_unit.sv", "i3_entry_q       <= @i2_entry[WordEntryBits-1:0]@;", "'0"),
-    ("triangles beyond the image are read", "leaf/rt_reference_unit.sv", "&& @i6_index_q >= view_i.triangle_count@", "1'b0"),
+    ("triangles beyond the image are read", "leaf/rt_reference_unit.sv", "&& @i6_index_q >= (i6_kind.instances ? view_i.instance_count : view_i.triangle_count)@", "1'b0"),
     # The result unit.
     ("the last of two equal hits wins", "isect/rt_result_unit.sv", "|| @(r4_same_q && r4_lower_id_q)@", "r4_same_q"),
-    ("a ray goes on behind its hit", "isect/rt_result_unit.sv", "@signed'({2'b0, r5_best_q.t}) <= signed'({r5_leave_q.exit.t_exit[27], r5_leave_q.exit.t_exit})@", "1'b0"),
+    ("a ray goes on behind its hit", "isect/rt_result_unit.sv", "@signed'({2'b0, r5_near_t}) <= signed'({r5_leave_q.exit.t_exit[27], r5_leave_q.exit.t_exit})@", "1'b0"),
     ("a way up follows face links", "isect/rt_result_unit.sv", "r5_target = @parent_links_i ? r5_leave_q.node : r5_leave_q.link@;", "r5_leave_q.link"),
     ("a ray begins with the hit of the one before", "isect/rt_result_unit.sv", "if (@ray_valid_i@) has_hit_q[ray_context_i] <= 1'b0;", "1'b0"),
     # The ray source.
@@ -73,10 +74,10 @@ MUTANTS = [
     ("a line is overwritten while it is read", "ray/rt_hit_sink.sv", "blocked    = @out_reading_q && out_place_q == place_q@;", "1'b0"),
     ("lines are not flushed", "ray/rt_hit_sink.sv", "leave          = @flush_i && !flushed_q && !in_valid_i && !free_place && leave_open@;", "1'b0"),
     ("done does not wait for the last answers", "ray/rt_hit_sink.sv", "empty_o   = @flushed_q && !order_valid@;", "flushed_q"),
-    ("a burst is as long as if it began the line", "ray/rt_hit_sink.sv", "(8'(last) - @8'(first)@", "8'd0"),
+    ("a burst is as long as if it began the line", "ray/rt_hit_sink.sv", "(8'(last_word_out) - @8'(first_word)@", "8'd0"),
     # Isolation, and the wires.
-    ("a ray is launched beside a return", "core/rt_core.sv", "ray_ready      = @!return_valid_q@;", "1'b1"),
-    ("an end is lost where the arbiter is busy", "core/rt_core.sv", "arrival_ready = @!arrival_ends || end_ready[0]@;", "1'b1"),
+    ("a ray is launched beside a return", "core/rt_core.sv", "ray_ready      = @!return_valid_q@ &&", "1'b1"),
+    ("an end is lost where the arbiter is busy", "core/rt_core.sv", "arrival_ready = @!arrival_ends || end_ready[EndArrival]@;", "1'b1"),
     ("every hit counts as a fault", "core/rt_core.sv", "hit_fault = hit_taken && @hit_o.hit.status > status_t'(rt_contract_pkg::StatusHit)@;", "1'b1"),
     ("steps down are counted as steps up", "core/rt_core.sv", "steps.up                = rt_config_pkg::counter_step_t'($countones(@lane_up@));", "lane_down"),
     ("a reset does not wait for reads", "shell/rt_isolate.sv", "draining_q && @outstanding_q == '0@ &&", "1'b1"),
@@ -87,4 +88,54 @@ MUTANTS = [
     ("errors of the bus are ignored", "shell/rt_top.sv", "fill_q.error <= @axi_r_resp_i[1]@;", "1'b0"),
     ("a write fault stays for the next run", "shell/rt_top.sv", "if (@status.started || core_reset@)", "core_reset"),
     ("the count of rays can be written in a run", "shell/rt_top.sv", "ray_count.value.swwe = @!busy@;", "1'b1"),
+]
+
+TWO_LEVELS = [
+    # Entries.
+    ("an object is launched with the first axis of its ray", "isect/rt_entry.sv", "launch_valid_o = @axis_valid_o && axis_is_last@;", "axis_valid_o"),
+    ("a record that cannot be is left like one that is passed by", "isect/rt_entry.sv", "out_event_o    = @ray.bad[0]@ ?", "1'b0"),
+    ("a leaf whose last instance is passed by is not left", "isect/rt_entry.sv", "(ray.bad[0] || @tag.entry.last@)", "1'b0"),
+    ("a context that passes an object by is lost to a leaf", "isect/rt_entry.sv", "(next_valid_o && @next_ready_i@)", "1'b1"),
+    ("an object is walked from the root of the top tree", "isect/rt_entry.sv", "launch_o.node       = @{tag.entry.root, 1'b0}@;", "'0"),
+    ("the steps of an object are counted anew", "isect/rt_entry.sv", "launch_o.steps      = @tag.entry.steps@;", "'0"),
+    ("the first axis stands for all", "isect/rt_entry.sv", "place_q   <= @rows_come ? place_i[2:1] : {place_q[2], place_q[2]}@;", "{place_i[0], place_i[0]}"),
+    ("a triangle's offset is not rounded", "isect/rt_transform.sv", "+ @(term_t'(1) <<< HalfShift)@;", "'0"),
+    ("an object's offset is that of a triangle", "isect/rt_transform.sv", "(@entry ? sum_t'(term[i]) <<< rt_contract_pkg::PositionFrac : sum_t'(term[i]) <<< OffsetShift@)",
+     "sum_t'(term[i]) <<< OffsetShift"),
+    ("an object's direction is rounded like a triangle's", "isect/rt_transform.sv", "half = @entry ? '0 : sum_t'(1) <<< (RowShift - 1)@;", "sum_t'(1) <<< (RowShift - 1)"),
+    # The lane and the leaf unit.
+    ("a climb ends at the root of the top tree alone", "walk/rt_lane.sv",
+     "else if (@Levels > 1 ? !backtrack_out.matched && backtrack_tag.at_root : backtrack_out.finished@)", "backtrack_out.finished"),
+    ("the end of a climb is a step", "walk/rt_lane.sv", "if (@s5_event_q == rt_core_pkg::EventFinish@) out_in.arrival.steps", "1'b0"),
+    ("a lane takes the world's ray in an object", "walk/rt_lane.sv", "(RayBits'({@s3_tree_q.level@, stage_context[3]}))", "1'b0"),
+    ("a leaf of instances in an object is read", "leaf/rt_leaf_unit.sv", "(!p6_instances || @p6_way.level@);", "1'b0"),
+    ("a leaf that a context comes back to counts again", "leaf/rt_leaf_unit.sv", "rt_core_pkg::EventGoOn && @!p6_way.resumes@;", "1'b1"),
+    ("a first leaf that the ray passes by is an error", "leaf/rt_leaf_unit.sv", "result = Levels > 1 && @tag_out.fresh@ ?", "1'b0"),
+    ("references that are done are steps again", "leaf/rt_leaf_unit.sv", "p6_steps     = @p6_state_q.steps - 32'(p6_first)@;", "p6_state_q.steps"),
+    ("a leaf whose references are done is tested", "leaf/rt_leaf_unit.sv", "tag_in.nothing     = Levels > 1 && @p6_count <= p6_first@;", "p6_count == '0"),
+    # The reference unit.
+    ("the object of the best hit is entered again", "leaf/rt_reference_unit.sv", "i6_instance_known = @i6_has_hit_q && i6_found_q.number == i6_index_q[23:0]@;", "1'b0"),
+    ("at the same t the instance that was met first wins", "leaf/rt_reference_unit.sv", "i7_plus_q    <= @!i6_has_hit_q || i6_index_q[23:0] < i6_found_q.number@;", "!i6_has_hit_q"),
+    ("the mailbox of an object is that of the one before", "leaf/rt_reference_unit.sv", "if (Levels > 1 && @entered_valid_i@) fresh_q", "1'b0"),
+    ("a ray has met the instances of the one before", "leaf/rt_reference_unit.sv", "if (@ray_valid_i@) unmet_q", "1'b0"),
+    ("instances beyond the image are read", "leaf/rt_reference_unit.sv", "(@i6_kind.instances@ ? view_i.instance_count", "1'b0"),
+    ("an instance is lost where its stage is full", "leaf/rt_reference_unit.sv", "|| @(i9_valid && i9_enters && !enter_ready_i)@;", "1'b0"),
+    ("a triangle stands for the instance of its number", "leaf/rt_reference_unit.sv", "RecordKeyBits'({@i6_kind.instances@,", "1'b0"),
+    ("triangles of an object are tested with the world's ray", "leaf/rt_reference_unit.sv", "(RayBits'({@i7_kind.level@, stage_context[7]}))", "1'b0"),
+    ("a leaf that a context comes back to begins anew", "leaf/rt_reference_unit.sv", ".write_data_i(@kept_q.first@),", "'0"),
+    # The result unit.
+    ("t of a hit is that of the object", "isect/rt_result_unit.sv", "r4_new.t  = @r4_world_t_q@;", "r4_new_q.t"),
+    ("the id of a hit is that of the object", "isect/rt_result_unit.sv", "r4_new.id = @r4_world_id_q@;", "r4_new_q.id"),
+    ("an object begins with the hit of the one before", "isect/rt_result_unit.sv", "had_near_q[entered_context_i] <= @1'b0@;", "had_near_q[entered_context_i]"),
+    ("an object that is done ends the ray", "isect/rt_result_unit.sv", "r5_leaves_tree = @r5_level@ &&", "1'b0"),
+    ("climbs end where links do", "isect/rt_result_unit.sv", "r5_at_root      = @parent_links_i && r5_level_q@ ?", "1'b0"),
+    ("a context comes back to its leaf at the t of the object", "isect/rt_result_unit.sv", "return_q.t            <= @r5_saved.t@;", "r5_leave_q.exit.t_exit"),
+    ("a context that has climbed comes back with the steps of its last leaf", "isect/rt_result_unit.sv", "if (@r5_climbed@) return_q.steps", "1'b0"),
+    ("an instance behind the best hit is no better", "isect/rt_result_unit.sv", "found_o         = '{t: @r4_new.t@,", "'1"),
+    # The wires.
+    ("instances may lie outside of the image", "core/rt_control.sv", "section_q == (@two_levels@ ?", "1'b0"),
+    ("axes of a ray are lost to an object's", "core/rt_core.sv", "entry_axis_ready = @(!axis_valid || axis.axis == 2'(rt_core_pkg::Axes - 1))@ &&", "1'b1"),
+    ("an object is launched beside a return", "core/rt_core.sv", "&& @!(entry_launch_valid && return_valid_q)@;", "1'b1"),
+    ("a ray is launched beside an object", "core/rt_core.sv", "!return_valid_q && @!entry_axis_go@;", "1'b1"),
+    ("a test enters beside an instance", "core/rt_core.sv", "entering_ready = unit_ready && @!enter_valid@;", "1'b1"),
 ]

@@ -24,6 +24,7 @@ STAGE = {name: ("rt_" + name, "rtl_stages_test", "*" + name) for name in
 LIB = ("tb_lib", "rtl_lib_test", "*")
 CACHES = ("tb_cache", "rtl_cache_test", "*")
 GENERATIONS = ("tb_generation", "rtl_generation_test", "*")
+PIXELS = ("tb_pixels", "rtl_pixels_test", "Pixels/Granule64.*")
 PARTS = ("tb_board", "board_units_test", "*")
 BOARD = ("rt_board", "board_test", "BoardLink.*")
 
@@ -35,7 +36,7 @@ MUTANTS = [
     ("a row product truncates", "arith/rt_row_product.sv", "+ (rounded_t'(1) <<< HalfShift);", ";", STAGE["tri_test"]),
     ("ties of a row product go down", "arith/rt_row_product.sv", "(low_q + high_q) >>> RowShift", "(low_q + high_q - 1'b1) >>> RowShift",
      STAGE["tri_test"]),
-    ("V is aligned with a logical shift", "isect/rt_tri_test.sv", "edge_v_q >>> difference", "edge_v_q >> difference", STAGE["tri_test"]),
+    ("V is aligned with a logical shift", "isect/rt_unit_test.sv", "edge_v_q >>> difference", "edge_v_q >> difference", STAGE["tri_test"]),
     ("the reciprocal wraps at a power of two", "arith/rt_reciprocal.sv", "unsigned_reciprocal = {1'b0, quotient}",
      "unsigned_reciprocal = {1'b0, overflow_unused ? QuotBits'(0) : quotient}", STAGE["ray_setup"]),
     ("a barycentric saturates below 1", "isect/rt_hit_finish.sv", "value = {1'b1, {QuotBits{1'b0}}}", "value = {1'b0, quotient}", STAGE["hit_finish"]),
@@ -54,29 +55,29 @@ MUTANTS = [
     ("the far child turns as well", "walk/rt_kd_backtrack.sv", "&& right != upper", "", STAGE["kd_backtrack"]),
     ("a match at the root ends the ray", "walk/rt_kd_backtrack.sv", "!turn_d.matched && in_data_i.parent == '0", "in_data_i.parent == '0",
      STAGE["kd_backtrack"]),
-    ("U at its lower end is outside", "isect/rt_tri_test.sv", "edge_u_q >= -rt_contract_pkg::EpsUv", "edge_u_q > -rt_contract_pkg::EpsUv",
+    ("U at its lower end is outside", "isect/rt_unit_test.sv", "edge_u_q >= -rt_contract_pkg::EpsUv", "edge_u_q > -rt_contract_pkg::EpsUv",
      STAGE["tri_test"]),
-    ("V at its upper end is outside", "isect/rt_tri_test.sv", "edge_v_q <= EdgeBits'(highest_v_q)", "edge_v_q < EdgeBits'(highest_v_q)",
+    ("V at its upper end is outside", "isect/rt_unit_test.sv", "edge_v_q <= EdgeBits'(highest_v_q)", "edge_v_q < EdgeBits'(highest_v_q)",
      STAGE["tri_test"]),
-    ("W at its end is outside", "isect/rt_tri_test.sv", "rest_q >= SumBits'(aligned_v_q)", "rest_q > SumBits'(aligned_v_q)", STAGE["tri_test"]),
-    ("a hit at t = 0 is lost", "isect/rt_tri_test.sv", "oz_q <= 0", "oz_q < 0", STAGE["tri_test"]),
-    ("t = 8 is a hit", "isect/rt_tri_test.sv", "unsigned'(height_q) < {", "unsigned'(height_q) <= {", STAGE["tri_test"]),
-    ("the length of an object's direction has a low bound", "isect/rt_instance_enter.sv", "BoundBits'(magnitude) + 1'b1", "BoundBits'(magnitude)",
+    ("W at its end is outside", "isect/rt_unit_test.sv", "rest_q >= SumBits'(aligned_v_q)", "rest_q > SumBits'(aligned_v_q)", STAGE["tri_test"]),
+    ("a hit at t = 0 is lost", "isect/rt_unit_test.sv", "oz_q <= 0", "oz_q < 0", STAGE["tri_test"]),
+    ("t = 8 is a hit", "isect/rt_unit_test.sv", "unsigned'(height_q) < {", "unsigned'(height_q) <= {", STAGE["tri_test"]),
+    ("the length of an object's direction has a low bound", "isect/rt_object_ray.sv", "BoundBits'(magnitude) + 1'b1", "BoundBits'(magnitude)",
      STAGE["instance_enter"]),
-    ("an object's direction is truncated", "isect/rt_instance_enter.sv", "(long_t'(1) <<< (LongFrac - rt_contract_pkg::DirectionFrac - 1))", "long_t'(0)",
+    ("an object's direction is truncated", "isect/rt_object_ray.sv", "(long_t'(1) <<< (LongFrac - rt_contract_pkg::DirectionFrac - 1))", "long_t'(0)",
      STAGE["instance_enter"]),
-    ("an object's origin is truncated", "isect/rt_instance_enter.sv", "(step_t'(1) <<< (OriginShift - 1))", "step_t'(0)", STAGE["instance_enter"]),
-    ("the lower side of an object's box does not grow", "isect/rt_instance_enter.sv", "lower_1q - rt_contract_pkg::SlabPad", "lower_1q",
+    ("an object's origin is truncated", "isect/rt_object_ray.sv", "(step_t'(1) <<< (OriginShift - 1))", "step_t'(0)", STAGE["instance_enter"]),
+    ("the lower side of an object's box does not grow", "isect/rt_object_ray.sv", "lower_1q - rt_contract_pkg::SlabPad", "lower_1q",
      STAGE["instance_enter"]),
-    ("an axis of direction 0 is never outside", "isect/rt_instance_enter.sv", "outside_q      <= course_slab_q.zero && (at_2q < lower_2q || at_2q > upper_2q);",
+    ("an axis of direction 0 is never outside", "isect/rt_object_ray.sv", "outside_q      <= course_slab_q.zero && (at_2q < lower_2q || at_2q > upper_2q);",
      "outside_q      <= 1'b0;", STAGE["instance_enter"]),
-    ("a hit at the reach counts", "isect/rt_instance_enter.sv", "{1'b0, start_q, {StepShift{1'b0}}} - 1'b1", "{1'b0, start_q, {StepShift{1'b0}}}",
+    ("a hit at the reach counts", "isect/rt_object_ray.sv", "{1'b0, start_q, {StepShift{1'b0}}} - 1'b1", "{1'b0, start_q, {StepShift{1'b0}}}",
      STAGE["instance_enter"]),
-    ("the slabs of the last input count", "isect/rt_instance_enter.sv", "assign first_plane = token[rt_stage_pkg::EnterPlane];", "assign first_plane = 1'b0;",
+    ("the slabs of the last input count", "isect/rt_object_ray.sv", "assign first_plane = token[rt_stage_pkg::EnterPlane];", "assign first_plane = 1'b0;",
      STAGE["instance_enter"]),
-    ("a scale of 17 is entered", "isect/rt_instance_enter.sv", "scale_sum > size_t'(CourseUnit + ScaleMax)", "scale_sum > size_t'(CourseUnit + ScaleMax + 1)",
+    ("a scale of 17 is entered", "isect/rt_object_ray.sv", "scale_sum > size_t'(CourseUnit + ScaleMax)", "scale_sum > size_t'(CourseUnit + ScaleMax + 1)",
      STAGE["instance_enter"]),
-    ("a row exponent of 16 is entered", "isect/rt_instance_enter.sv", "row_size.exponent > rt_contract_pkg::RowExponentMax",
+    ("a row exponent of 16 is entered", "isect/rt_object_ray.sv", "row_size.exponent > rt_contract_pkg::RowExponentMax",
      "row_size.exponent > rt_contract_pkg::RowExponentMax + 1'b1", STAGE["instance_enter"]),
     ("an origin on the box is outside", "ray/rt_ray_setup.sv", "origin > upper", "origin >= upper", STAGE["ray_setup"]),
     # Handshakes.
@@ -116,6 +117,17 @@ MUTANTS = [
     ("the last of a list is not woken", "mem/rt_waiters.sv", "walk_q        <= walk_waiter_q != walk_last_q;", "walk_q        <= walk_next_waiter != walk_last_q;", CACHES),
     # Generations of contexts.
     ("no generation ever ends", "pipe/rt_generation.sv", "if (clock_q == '1) hold_q <= 1'b1;", "if (1'b0) hold_q <= 1'b1;", GENERATIONS),
+    # Rays from a camera, pixels from hits.
+    ("a pixel enters a half of the slots that is not empty", "ray/rt_raster.sv", "!first_of_half || unfinished_q[slot_q[SlotBits-1]] == '0;", "1'b1;", PIXELS),
+    ("a ray that leaves the box behind it is traced", "ray/rt_raster.sv", "signed'(entry.direction[a]) <= 0) passes = 1'b1;", "1'b0) passes = 1'b1;", PIXELS),
+    ("a tile is as wide as the frame", "ray/rt_raster.sv", "next_x_q == tile_right_q || next_x_q == frame_i.width", "next_x_q == frame_i.width", PIXELS),
+    ("a tile begins in the row where the one before ended", "ray/rt_raster.sv", "ends_band ? next_row_q : tile_row_q;", "next_row_q;", PIXELS),
+    ("the camera is done with samples on their way", "ray/rt_raster.sv", "state_q == Idle && inside_q == '0 &&", "state_q == Idle &&", PIXELS),
+    ("every triangle has the material of the one before", "ray/rt_shade.sv", "last_valid_d && last_id_d == in.id;", "last_valid_d;", PIXELS),
+    ("an error in a beat is forgotten", "ray/rt_shade.sv", "error_q <= fill_error && !fill_last;", "error_q <= 1'b0;", PIXELS),
+    ("a slot keeps the sum of its last pixel", "ray/rt_shade.sv", "store && !last ?", "store ?", PIXELS),
+    ("bright light wraps", "ray/rt_light.sv", "lit_sum[LitBits] ? '1 :", "1'b0 ? '1 :", PIXELS),
+    ("the back of a surface is dark", "ray/rt_light.sv", "sum_q < 0 ? (SumBits - 1)'(-sum_q)", "sum_q < 0 ? '0", PIXELS),
     # The board.
     ("a damaged frame is carried out", "board/rt_link_rx.sv", "good_o  <= crc_q == rt_board_pkg::CrcGood &&", "good_o  <=", BOARD),
     ("a repeated frame is carried out again", "board/rt_link.sv", "assign repeated = last_valid_q &&", "assign repeated = 1'b0 &&", BOARD),
@@ -139,8 +151,8 @@ MUTANTS = [
 
 SOURCES = rtl_packages()
 # Models that a test program has under another name or with parameters of its own, as CMake verilates them.
-PREFIX = {"rt_board": "Vrt_board_small", "rt_top": "Vrt_small"}
-PARAMETERS = {"rt_top": ["+define+RT_CONFIG=ConfigSmall"], "rt_board": ["+define+RT_CONFIG=ConfigSmall", "-GDivisor=1024", "-GMemoryBytes=32768"]}
+PREFIX = {"tb_pixels": "Vtb_pixels_g64", "rt_board": "Vrt_board_small"}
+PARAMETERS = {"tb_pixels": ["-GDataBits=64", "-GGranuleBytes=64"], "rt_board": ["+define+RT_CONFIG=ConfigSmall", "-GDivisor=1024", "-GMemoryBytes=32768"]}
 
 
 CACHE = ["ccache"] if shutil.which("ccache") else []  # most of a large model is what it was
@@ -166,12 +178,15 @@ def source_of(mutant):
     return text
 
 
-def verilate(model, rtl, objects):
-    """Makes the C++ of a model whose sources are in `rtl`."""
+def verilate(model, rtl, objects, configuration=None):
+    """Makes the C++ of a model whose sources are in `rtl`; a core has a configuration."""
+    prefix, parameters = PREFIX.get(model, "V" + model), PARAMETERS.get(model, [])
+    if configuration:
+        prefix, parameters = "Vrt_" + configuration, ["+define+RT_CONFIG=Config" + configuration.capitalize()]
     top = "testbench/sim/sv/%s.sv" % model if model.startswith("tb_") else glob.glob("%s/*/%s.sv" % (rtl, model))[0]
     step = run(["verilator", "--cc", "--assert", "-O3", "--x-assign", "fast", "--x-initial", "unique", "-Wno-fatal", "-Wno-lint", "--output-split", "20000",
                 *[word for room in rtl_rooms() for word in ("-y", os.path.join(rtl, room))], "+incdir+" + rtl + "/pkg", "--Mdir", objects,
-                "--prefix", PREFIX.get(model, "V" + model), "--top-module", model, *PARAMETERS.get(model, []), *[os.path.join(rtl, s) for s in SOURCES], top])
+                "--prefix", prefix, "--top-module", model, *parameters, *[os.path.join(rtl, s) for s in SOURCES], top])
     if step.returncode != 0:
         raise RuntimeError("verilator: %s" % step.stderr[-2000:])
 
@@ -254,8 +269,8 @@ MUTANT_PACKAGE = """package rt_mutant_pkg;
   int unsigned chosen = $c32("(std::getenv(\\"RETRACE_MUTANT\\") ? std::atoi(std::getenv(\\"RETRACE_MUTANT\\")) : 0)");
 endpackage
 """
-# The tests of the core that take the configuration the model has, the quick ones first.
-CORE_TESTS = [
+# The tests of the core that take the configuration the model has, the quick ones first: (mutants, configuration, tests).
+SMALL_TESTS = [
     ("rtl_core_test", "RtlCore.A*:RtlCore.Counters*:RtlCore.Rays*:RtlCore.StepLimit"),
     ("rtl_core_test", "*_small_*:RtlCore.Rows*:RtlCore.Corrupt*:RtlCore.Header*:RtlCore.Read*:RtlCore.Write*"),
     ("rtl_core_test", "RtlCoreSink.*"),
@@ -263,15 +278,22 @@ CORE_TESTS = [
     ("rtl_bus_test", "RtlBus.*"),
     ("rtl_core_test", "RtlCore.Every*"),
 ]
+TWO_LEVEL_TESTS = [
+    ("rtl_two_level_test", "*EqualTheKernel*/1:RtlTwoLevel.Headers*"),
+    ("rtl_two_level_test", "*EqualTheKernel*/12:RtlTwoLevel.StepLimit*:RtlTwoLevel.Leaves*"),
+    ("rtl_two_level_test", "RtlTwoLevel.*"),
+    ("rtl_two_level_test", "*EqualTheKernel*/100"),
+]
+CORES = [(core_mutants.MUTANTS, "small", SMALL_TESTS), (core_mutants.TWO_LEVELS, "saarcor", TWO_LEVEL_TESTS)]
 
 
 def core_files(numbered):
     return {path: with_choices(path, [m for m in numbered if m[1][1] == path]) for path in sorted({m[1][1] for m in numbered})}
 
 
-def check_core(numbered, build, work, links, jobs):
+def check_core(numbered, configuration, tests, build, work, links, jobs):
     """Yields (name, seconds, the tests that failed) for each mutant of the core; RuntimeError if the model cannot be made or is wrong without a mutant."""
-    folder = os.path.join(work, "core")
+    folder = os.path.join(work, "core_" + configuration)
     shutil.rmtree(folder, ignore_errors=True)
     rtl, objects = os.path.join(folder, "rtl"), os.path.join(folder, "obj")
     shutil.copytree("rtl", rtl)
@@ -280,9 +302,9 @@ def check_core(numbered, build, work, links, jobs):
             file.write(text)
     with open(os.path.join(rtl, SOURCES[0]), "a") as file:
         file.write(MUTANT_PACKAGE)
-    verilate("rt_top", rtl, objects)
+    verilate("rt_top", rtl, objects, configuration)
     compiled = compile_model("rt_top", objects, jobs)
-    for test in {test for test, _ in CORE_TESTS}:
+    for test in {test for test, _ in tests}:
         link(links[test], build, os.path.abspath(os.path.join(folder, test)), compiled)
 
     def run_tests(number, test, pattern, limit):
@@ -303,7 +325,7 @@ def check_core(numbered, build, work, links, jobs):
     # Most mutants fail in the first group of tests; the others are for those that are left.
     spent = dict.fromkeys((number for number, _ in numbered), 0.0)
     with ThreadPoolExecutor(jobs) as pool:
-        for test, pattern in CORE_TESTS:
+        for test, pattern in tests:
             if not numbered:
                 break
             failed, seconds = run_tests(0, test, pattern, 3600)
@@ -328,12 +350,15 @@ def main():
     parser.add_argument("--build", default="build/release", help="a Ninja build with the tests of the RTL")
     parser.add_argument("--only", default="", help="mutants whose name or file holds this text")
     parser.add_argument("--core", action="store_true", help="only those of the whole core, which are one model")
+    parser.add_argument("--config", default="", help="of the core: only the mutants of this configuration, small or saarcor (two levels)")
     parser.add_argument("--list", action="store_true", help="list the mutants; one whose text is not in the RTL is an error")
     parser.add_argument("--vectors", type=int, default=1000000, help="vectors a stage")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     arguments = parser.parse_args()
     mutants = [m for m in MUTANTS if not arguments.core and (arguments.only in m[0] or arguments.only in m[1])]
-    core = [(i, m) for i, m in enumerate(core_mutants.MUTANTS, 1) if arguments.only in m[0] or arguments.only in m[1]]
+    cores = [([(i, m) for i, m in enumerate(rows, 1) if arguments.only in m[0] or arguments.only in m[1]], configuration, tests)
+             for rows, configuration, tests in CORES if arguments.config in ("", configuration)]
+    core = [mutant for rows, _, _ in cores for mutant in rows]
     if arguments.list:
         stale = 0
         for mutant in mutants:
@@ -351,7 +376,7 @@ def main():
                 print("mutants: %s" % error, file=sys.stderr)
                 stale += 1
         return 1 if stale else 0
-    tests = sorted({m[4][1] for m in mutants} | {test for test, _ in CORE_TESTS if core})
+    tests = sorted({m[4][1] for m in mutants} | {test for rows, _, groups in cores if rows for test, _ in groups})
     step = subprocess.run(["ninja", "-C", arguments.build, *tests], stdout=subprocess.DEVNULL)
     if step.returncode != 0:
         print("mutants: cannot build %s in %s" % (" ".join(tests), arguments.build), file=sys.stderr)
@@ -372,9 +397,11 @@ def main():
             except RuntimeError as error:
                 survivors += 1
                 print("BROKEN    %s" % error, flush=True)
-    if core:
+    for rows, configuration, groups in cores:
+        if not rows:
+            continue
         try:
-            for result in check_core(core, arguments.build, work, links, arguments.jobs):
+            for result in check_core(rows, configuration, groups, arguments.build, work, links, arguments.jobs):
                 survivors += report(*result)
         except RuntimeError as error:
             print("mutants: %s" % error, file=sys.stderr)

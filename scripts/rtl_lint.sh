@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Lints every RTL module: verilator -Wall with the waivers of rtl/waivers.vlt, then Yosys with its slang frontend where pyosys is installed
-# (.env/py): it must accept the module, find no combinational loop, no multiple driver and no latch.
+# (.env/py): it must accept the module, find no combinational loop, no multiple driver and no latch. MODULE:CONFIG is a module in a configuration that is
+# not its default; rt_top:ConfigSaarcor, the core of two levels, is one of all.
 # Usage: scripts/rtl_lint.sh [--require-yosys] [module...]
 set -uo pipefail
 cd "$(dirname "$0")/.."
@@ -23,6 +24,7 @@ packages_of() {
 modules=("$@")
 if ((${#modules[@]} == 0)); then
   for file in $(find "${dirs[@]}" -name 'rt_*.sv' ! -name '*_pkg.sv' | sort); do modules+=("$(basename "$file" .sv)"); done
+  modules+=(rt_top:ConfigSaarcor)
 fi
 
 failed=0
@@ -30,13 +32,16 @@ includes=()
 for dir in "${dirs[@]}"; do includes+=(-y "$dir"); done
 includes+=(+incdir+rtl/pkg)
 tasks=()
-for module in "${modules[@]}"; do
+for named in "${modules[@]}"; do
+  module=${named%:*}
+  config=()
+  if [ "$named" != "$module" ]; then config=("RT_CONFIG=${named#*:}"); fi
   file=$(find "${dirs[@]}" -name "$module.sv")
   mapfile -t packages < <(packages_of "$file")
-  tasks+=("$module ${packages[*]} $file")
-  if ! verilator --lint-only -Wall --assert "${includes[@]}" rtl/waivers.vlt "${packages[@]}" "$file" \
+  tasks+=("$module ${config[*]/#/-D } ${packages[*]} $file")
+  if ! verilator --lint-only -Wall --assert "${includes[@]}" "${config[@]/#/+define+}" rtl/waivers.vlt "${packages[@]}" "$file" \
     --top-module "$module"; then
-    echo "rtl_lint: verilator finds fault with $module" >&2
+    echo "rtl_lint: verilator finds fault with $named" >&2
     failed=1
   fi
 done

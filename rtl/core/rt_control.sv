@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Control of a run: header, checks, flush of the caches, rays, end; sticky faults.
 //
-// Sequence    start -> read the header, a line at a time, as a base may end a page of 4 KB -> magic and version -> the four sections, each in three clocks
+// Sequence    start -> read the header, a line at a time, as a base may end a page of 4 KB -> magic and version -> the sections, each in three clocks: four,
+//             and a fifth of instances in an image of two levels, which only a core of two levels reads
 //             -> caches are empty (their flush begins with the start) -> rays -> drained: the sources are done and every ray that was taken has
 //             retired -> done when the sinks are done too. A header that cannot be used ends the run at once with image_fault, without a read
 //             outside of it.
@@ -10,6 +11,7 @@
 `include "rt_assert.svh"
 module rt_control #(
     parameter int unsigned DataBits = 64,
+    parameter int unsigned Levels = 1,
     parameter int unsigned InFlight = 256
 ) (
     input  logic                             clk_i,
@@ -43,6 +45,8 @@ module rt_control #(
   localparam int unsigned BeatBits = $clog2(HeaderBeats);
   localparam int unsigned HeaderLines = rt_contract_pkg::HeaderBytes / 64;
   localparam int unsigned LineBeats = HeaderBeats / HeaderLines;
+  localparam int unsigned SectionBits = Levels > 1 ? 3 : 2;
+  localparam int unsigned SectionInstances = 4;
   localparam int unsigned InFlightBits = $clog2(InFlight + 1);
   `RT_ASSERT_INIT(HeaderIsLines, rt_contract_pkg::HeaderBytes == 64 * HeaderLines && HeaderBeats == LineBeats * HeaderLines)
 
@@ -68,7 +72,9 @@ module rt_control #(
   logic [31:0]                             word[HeaderBits/32];
   logic [BeatBits-1:0]                     beat_q;
   logic                                    bus_error_q;
-  logic [1:0]                              section_q, fault_q;
+  logic [1:0]                              fault_q;
+  logic [SectionBits-1:0]                  section_q;
+  logic                                    two_levels;
   logic [InFlightBits-1:0]                 in_flight_q;
   rt_core_pkg::image_view_t                view_q;
   logic                                    ray_fault_q, rays_start_q, flushing_q;
@@ -78,6 +84,8 @@ module rt_control #(
   for (genvar i = 0; i < HeaderBits / 32; i++) begin : gen_word
     assign word[i] = header_q[i*32/DataBits][i*32%DataBits+:32];
   end
+
+  assign two_levels = Levels > 1 && word[rt_contract_pkg::HeaderVersionWord] == rt_contract_pkg::ImageVersionTwoLevels;
 
   // --- one section: its place in the header, then the lines it needs and where it begins, then the verdict ---
   localparam int unsigned LinesBits = 40 - rt_core_pkg::LineShift;
@@ -100,17 +108,17 @@ module rt_control #(
     count  = word[rt_contract_pkg::HeaderPairCountWord];
     bytes  = 40'(count) << $clog2(rt_contract_pkg::NodePairBytes);
     case (section_q)
-      2'd1: begin
+      SectionBits'(1): begin
         offset = word[rt_contract_pkg::HeaderLeafOffsetWord];
         count  = word[rt_contract_pkg::HeaderLeafCountWord];
         bytes  = 40'(count) << $clog2(rt_contract_pkg::LeafBytes);
       end
-      2'd2: begin
+      SectionBits'(2): begin
         offset = word[rt_contract_pkg::HeaderListOffsetWord];
         count  = word[rt_contract_pkg::HeaderListCountWord];
         bytes  = 40'(count) << 2;
       end
-      2'd3: begin
+      SectionBits'(3): begin
         offset = word[rt_contract_pkg::HeaderTriangleOffsetWord];
         count  = word[rt_contract_pkg::HeaderTriangleCountWord];
         bytes  = 40'(count) << $clog2(rt_contract_pkg::TriangleBytes);
@@ -118,10 +126,16 @@ module rt_control #(
       default: ;
     endcase
     case (section_q)
-      2'd2: too_many = exceeds(count, rt_contract_pkg::ListIndexBits);
-      2'd3: too_many = exceeds(count, rt_contract_pkg::TriangleIndexBits);
+      SectionBits'(2): too_many = exceeds(count, rt_contract_pkg::ListIndexBits);
+      SectionBits'(3): too_many = exceeds(count, rt_contract_pkg::TriangleIndexBits);
       default: too_many = exceeds(count, rt_contract_pkg::PairIndexBits);
     endcase
+    if (32'(section_q) == SectionInstances) begin
+      offset   = word[rt_contract_pkg::HeaderInstanceOffsetWord];
+      count    = word[rt_contract_pkg::HeaderInstanceCountWord];
+      bytes    = 40'(count) << $clog2(rt_contract_pkg::InstanceBytes);
+      too_many = exceeds(count, rt_contract_pkg::TriangleIndexBits);
+    end
   end
   logic [rt_core_pkg::AddrBits-1:0] image_base_q;  // as the host wrote it before the start
   logic [31:0]                      image_lines_q;
@@ -179,7 +193,7 @@ module rt_control #(
           fault_q <= FaultBus;
           state_q <= Done;
         end else if (word[rt_contract_pkg::HeaderMagicWord] != rt_contract_pkg::ImageMagic ||
-                     word[rt_contract_pkg::HeaderVersionWord] != rt_contract_pkg::ImageVersion) begin
+                     (word[rt_contract_pkg::HeaderVersionWord] != rt_contract_pkg::ImageVersion && !two_levels)) begin
           fault_q <= FaultHeader;
           state_q <= Done;
         end else begin
@@ -189,6 +203,7 @@ module rt_control #(
         view_q.leaf_count     <= word[rt_contract_pkg::HeaderLeafCountWord];
         view_q.list_count     <= word[rt_contract_pkg::HeaderListCountWord];
         view_q.triangle_count <= word[rt_contract_pkg::HeaderTriangleCountWord];
+        view_q.instance_count <= two_levels ? word[rt_contract_pkg::HeaderInstanceCountWord] : '0;
         view_q.step_limit     <= run_i.own_step_limit ? run_i.step_limit : word[rt_contract_pkg::HeaderStepLimitWord];
         for (int unsigned face = 0; face < 6; face++) begin
           view_q.box[face] <= word[rt_contract_pkg::HeaderBoxWord+face][rt_contract_pkg::PositionBits-1:0];
@@ -197,16 +212,17 @@ module rt_control #(
       Sections: begin
         if (phase_q == Judge) begin
           case (section_q)
-            2'd0: view_q.pair_base <= section_base_q;
-            2'd1: view_q.leaf_base <= section_base_q;
-            2'd2: view_q.list_base <= section_base_q;
-            default: view_q.triangle_base <= section_base_q;
+            SectionBits'(0): view_q.pair_base <= section_base_q;
+            SectionBits'(1): view_q.leaf_base <= section_base_q;
+            SectionBits'(2): view_q.list_base <= section_base_q;
+            SectionBits'(3): view_q.triangle_base <= section_base_q;
+            default: view_q.instance_base <= section_base_q;
           endcase
           section_q <= section_q + 1'b1;
           if (section_end_q > (LinesBits + 1)'(image_lines_q) || too_many_q) begin
             fault_q <= FaultLayout;
             state_q <= Done;
-          end else if (section_q == 2'd3) begin
+          end else if (section_q == (two_levels ? SectionBits'(SectionInstances) : SectionBits'(3))) begin
             state_q <= Flush;
           end
         end

@@ -6,6 +6,7 @@
 //                                   |                                  +---- leaves without references, faults -----------+   |
 //                                   +------------------------------ return ----------------------------------------------------+
 //   rt_result_unit --finish--> rt_hit_finish --> hits
+//   of two levels: rt_reference_unit --instance--> rt_entry --launch--> lanes; passed by: back to rt_reference_unit, or --> rt_result_unit
 //
 // Reset       Each unit has a register of it, so a start counts from the second clock after it.
 // Run         start_i with run_i -> rays_start_o, from then on rays are taken -> sources_done_i and every ray has retired: drained_o -> sinks_done_i: done.
@@ -15,6 +16,7 @@
 //             contexts. Answers of the memory are taken in every clock. A ray is taken only into a free context, and a context is freed when its hit has a
 //             place in the finish queue. So the only stream that can be held up is that of the hits, by their sink; a sink must not wait
 //             for a ray to be taken (docs/core.md).
+// Two levels  With Config.levels = 2 units keep the object's ray of a context beside the world's; with 1 nothing of it is there.
 // Counterpart hls/top/trace.cpp. Source: Lee 2007, section 4.
 `include "rt_assert.svh"
 module rt_core #(
@@ -28,6 +30,7 @@ module rt_core #(
     output rt_core_pkg::run_status_t      status_o,
     output logic                          rays_start_o,
     input  logic                          sources_done_i,
+    output rt_contract_pkg::position_t [5:0] box_o,  // of the image, from rays_start_o on
     output logic                          drained_o,
     input  logic                          sinks_done_i,
     input  logic                          ray_valid_i,
@@ -44,12 +47,15 @@ module rt_core #(
     output rt_config_pkg::counter_steps_t steps_o  // those of the shell are 0
 );
   localparam int unsigned Lanes = Config.lanes;
+  localparam int unsigned Levels = Config.levels;
   localparam int unsigned Contexts = Lanes * Config.contexts_per_lane;
   localparam int unsigned ContextBits = $clog2(Contexts);
   localparam int unsigned LaneContextBits = $clog2(Config.contexts_per_lane);
   `RT_ASSERT_INIT(LanesKnown, Lanes >= 1 && Lanes <= 8)
   `RT_ASSERT_INIT(ContextsPowerOfTwo, Config.contexts_per_lane == (1 << LaneContextBits))
   `RT_ASSERT_INIT(ContextsFit, Contexts <= 512)
+  `RT_ASSERT_INIT(LevelsKnown, Levels == 1 || Levels == 2)
+  `RT_ASSERT_INIT(ContextsOfLevelsFit, Levels == 1 || Contexts <= 128)
   `RT_ASSERT_INIT(DataBitsKnown, DataBits == 64 || DataBits == 128)
   `RT_ASSERT_INIT(GranuleKnown, (Config.granule_bytes == 8 || Config.granule_bytes == 16 || Config.granule_bytes == 64) && Config.granule_bytes * 8 >= DataBits)
   typedef logic [ContextBits-1:0] context_t;
@@ -66,7 +72,8 @@ module rt_core #(
   localparam int unsigned ResetTests = 7;
   localparam int unsigned ResetResults = 8;
   localparam int unsigned ResetFinish = 9;
-  localparam int unsigned ResetLane = 10;
+  localparam int unsigned ResetEntry = 10;
+  localparam int unsigned ResetLane = 10 + Levels - 1;
   logic [ResetLane+Lanes-1:0] rst_n;
   logic                       wires_rst_n;
   rt_copies #(
@@ -108,6 +115,11 @@ module rt_core #(
   end
 
   rt_core_pkg::image_view_t view;
+  // The box in which a ray has to begin.
+  rt_contract_pkg::position_t [5:0] launch_box;
+  localparam rt_contract_pkg::position_t LowestPosition = {1'b1, (rt_contract_pkg::PositionBits - 1)'(0)};
+  assign launch_box = run_i.any_origin ? {3{~LowestPosition, LowestPosition}} : view.box;
+  assign box_o      = view.box;
   logic                     flush;
   logic [2:0]               unit_flush, flushing;  // nodes, leaves, lists and triangles
   rt_copies #(
@@ -120,7 +132,6 @@ module rt_core #(
 
   localparam int unsigned ReadIndexBits = $clog2(rt_config_pkg::CoreSources);
   logic [ReadIndexBits-1:0] read_index_unused;
-  logic                     end_index_unused;
 
   // --- read requests: one round-robin choice of all units, which have a register each, behind the sum that is the address; another behind it ---
   logic                       chosen_read_valid, chosen_read_ready;
@@ -195,6 +206,7 @@ module rt_core #(
 
   rt_control #(
       .DataBits(DataBits),
+      .Levels  (Levels),
       .InFlight(Contexts + 64)  // what rt_ray_setup, the finish queue and rt_hit_finish hold beside
   ) u_control (
       .clk_i,
@@ -239,7 +251,7 @@ module rt_core #(
   ) u_launch (
       .clk_i,
       .rst_ni          (rst_n[ResetRays]),
-      .box_i           (view.box),
+      .box_i           (launch_box),
       .ray_valid_i     (ray_valid_i && rays_open),
       .ray_ready_o     (launch_ray_ready),
       .ray_i,
@@ -255,7 +267,13 @@ module rt_core #(
       .used_o          (contexts_used)
   );
 
-  // --- launches: returns from leaves first; through a register, as they go to all lanes and units ---
+  // --- an object is entered (below): the axes of its ray travel between those of new rays ---
+  logic                             entry_axis_valid, entry_axis_ready, entry_launch_valid, entry_go, entry_axis_go, entry_pause, entry_idle;
+  context_t                         entry_context;
+  rt_core_pkg::ray_axis_t           entry_axis;
+  rt_core_pkg::launch_t             entry_launch;
+
+  // --- launches: returns from leaves first, then objects; through a register, as they go to all lanes and units ---
   logic                   return_valid, return_valid_q;
   context_t               return_context, return_context_q, launch_context;
   rt_core_pkg::launch_t   return_launch, return_launch_q;
@@ -264,9 +282,13 @@ module rt_core #(
     return_context_q <= return_context;
     return_launch_q  <= return_launch;
   end
-  assign ray_ready      = !return_valid_q;
+  // rt_launch sends two axes in a row and waits with the last one; a launch of an object needs the last one's clock.
+  assign entry_axis_ready = (!axis_valid || axis.axis == 2'(rt_core_pkg::Axes - 1)) && !(entry_launch_valid && return_valid_q);
+  assign entry_axis_go    = entry_axis_valid && entry_axis_ready;
+  assign entry_go         = entry_launch_valid && entry_axis_ready;
+  assign ray_ready      = !return_valid_q && !entry_axis_go;
   assign ray_go         = ray_valid && ray_ready;
-  assign launch_context = return_valid_q ? return_context_q : ray_context;
+  assign launch_context = return_valid_q ? return_context_q : entry_go ? entry_context : ray_context;
   // What is launched, and an axis of a ray, each on its way: first from the launch on, then once more for leaves and references, and in every lane.
   typedef struct packed {
     context_t               ctx;
@@ -275,6 +297,7 @@ module rt_core #(
   } launched_t;
   typedef struct packed {
     context_t               ctx;
+    logic                   level;
     rt_core_pkg::ray_axis_t axis;
   } axis_t;
   logic [Lanes-1:0] launch_lanes, launched_lanes;
@@ -282,7 +305,7 @@ module rt_core #(
   launched_t        launched, stored;
   axis_t            launched_axis, stored_axis;
   always_comb begin
-    for (int unsigned l = 0; l < Lanes; l++) launch_lanes[l] = (return_valid_q || ray_go) && 32'(launch_context) >> LaneContextBits == l;
+    for (int unsigned l = 0; l < Lanes; l++) launch_lanes[l] = (return_valid_q || entry_go || ray_go) && 32'(launch_context) >> LaneContextBits == l;
   end
   rt_hop #(
       .Depth (Config.launch_hops),
@@ -292,7 +315,7 @@ module rt_core #(
       .clk_i,
       .rst_ni (wires_rst_n),
       .valid_i({ray_go, launch_lanes}),
-      .data_i ('{ctx: launch_context, launch: return_valid_q ? return_launch_q : ray_launch, info: ray_info}),
+      .data_i ('{ctx: launch_context, launch: return_valid_q ? return_launch_q : entry_go ? entry_launch : ray_launch, info: ray_info}),
       .valid_o({launched_ray, launched_lanes}),
       .data_o (launched)
   );
@@ -302,8 +325,8 @@ module rt_core #(
   ) u_launched_axis (
       .clk_i,
       .rst_ni (wires_rst_n),
-      .valid_i(axis_valid),
-      .data_i ('{ctx: ray_context, axis: axis}),
+      .valid_i(axis_valid || entry_axis_go),
+      .data_i ('{ctx: entry_axis_go ? entry_context : ray_context, level: entry_axis_go, axis: entry_axis_go ? entry_axis : axis}),
       .valid_o(launched_axis_valid),
       .data_o (launched_axis)
   );
@@ -454,6 +477,7 @@ module rt_core #(
         .axis_valid_i    (lane_axis_valid),
         .axis_context_i  (lane_axis.ctx[LaneContextBits-1:0]),
         .axis_number_i   (lane_axis.axis.axis),
+        .axis_level_i    (lane_axis.level),
         .axis_i          (lane_axis.axis.walk),
         .launch_valid_i  (lane_valid),
         .launch_context_i(lane_launched.ctx[LaneContextBits-1:0]),
@@ -560,18 +584,30 @@ module rt_core #(
   assign arrival_ends = arrival.arrival.event_code != rt_core_pkg::EventGoOn;
 
   typedef struct packed {
-    context_t ctx;
-    status_t  event_code;
+    context_t    ctx;
+    status_t     event_code;
+    logic        climbed;  // the root of an object's tree was reached, after so many steps
+    logic [31:0] steps;
   } direct_t;
-  logic [1:0] end_valid, end_ready;
-  direct_t    end_data[2];
-  logic       chosen_valid, chosen_ready, direct_valid, direct_ready;
-  direct_t    chosen, direct;
-  assign end_valid[0]  = arrival_valid && arrival_ends;
-  assign end_data[0]   = '{ctx: arrival.ctx, event_code: arrival.arrival.event_code};
-  assign arrival_ready = !arrival_ends || end_ready[0];
+  localparam int unsigned EndArrival = 0;
+  localparam int unsigned EndLeaf = 1;
+  localparam int unsigned EndEntry = 2;
+  localparam int unsigned Ends = 1 + Levels;
+  logic [Ends-1:0]         end_valid, end_ready;
+  direct_t                 end_data[Ends];
+  logic [$clog2(Ends)-1:0] end_index_unused;
+  logic                    chosen_valid, chosen_ready, direct_valid, direct_ready;
+  direct_t                 chosen, direct;
+  assign end_valid[EndArrival] = arrival_valid && arrival_ends;
+  assign end_data[EndArrival]  = '{
+          ctx: arrival.ctx,
+          event_code: arrival.arrival.event_code,
+          climbed: Levels > 1 && arrival.arrival.event_code == rt_core_pkg::EventFinish,
+          steps: Levels > 1 ? arrival.arrival.steps : '0
+      };
+  assign arrival_ready = !arrival_ends || end_ready[EndArrival];
   rt_arbiter #(
-      .NumInputs(2),
+      .NumInputs(Ends),
       .data_t   (direct_t)
   ) u_end_arbiter (
       .clk_i,
@@ -598,7 +634,18 @@ module rt_core #(
       .out_data_o (direct)
   );
 
+  // --- who has entered an object: to those who keep something of it ---
+  typedef struct packed {
+    context_t                         ctx;
+    rt_contract_pkg::triangle_index_t next;
+    rt_core_pkg::entered_t            entered;
+  } entered_t;
+  logic     entered_valid;
+  entered_t entered;
+
   // --- leaves ---
+  context_t                           leaf_end_context;
+  status_t                            leaf_end_event;
   logic                               iter_valid, references_valid, leave_valid, leaf_counted;
   context_t                           iter_context, references_context, leave_context;
   rt_core_pkg::references_t           references;
@@ -619,7 +666,11 @@ module rt_core #(
       .axis_valid_i        (stored_axis_valid),
       .axis_context_i      (stored_axis.ctx),
       .axis_number_i       (stored_axis.axis.axis),
+      .axis_level_i        (stored_axis.level),
       .axis_i              (stored_axis.axis.walk),
+      .entered_valid_i     (entered_valid),
+      .entered_context_i   (entered.ctx),
+      .entered_next_i      (entered.next),
       .in_valid_i          (arrival_valid && !arrival_ends),
       .in_context_i        (arrival.ctx),
       .in_data_i           (arrival.arrival),
@@ -631,10 +682,10 @@ module rt_core #(
       .leave_valid_o       (leave_valid),
       .leave_context_o     (leave_context),
       .leave_o             (leave),
-      .out_valid_o         (end_valid[1]),
-      .out_ready_i         (end_ready[1]),
-      .out_context_o       (end_data[1].ctx),
-      .out_event_o         (end_data[1].event_code),
+      .out_valid_o         (end_valid[EndLeaf]),
+      .out_ready_i         (end_ready[EndLeaf]),
+      .out_context_o       (leaf_end_context),
+      .out_event_o         (leaf_end_event),
       .fetch_valid_o       (source_valid[rt_config_pkg::SourceLeaf]),
       .fetch_ready_i       (source_ready[rt_config_pkg::SourceLeaf]),
       .fetch_key_o         (leaf_key),
@@ -648,6 +699,7 @@ module rt_core #(
       .leaf_o              (leaf_counted),
       .idle_o              (leaves_idle)
   );
+  assign end_data[EndLeaf] = '{ctx: leaf_end_context, event_code: leaf_end_event, climbed: 1'b0, steps: '0};
   assign source_request[rt_config_pkg::SourceLeaf] =
       request(view.leaf_base, {1'b0, leaf_key.leaf, {rt_core_pkg::LineShift{1'b0}}},
               rt_core_pkg::LeafReadBytes + 8 * 32'(leaf_key.beats), rt_config_pkg::SourceLeaf, leaf_mshr);
@@ -710,7 +762,14 @@ module rt_core #(
   rt_contract_pkg::tri_test_out_record_t tri_data;
   test_tag_t                             test_tag, tri_tag;
   logic [Contexts-1:0]                   has_hit;
-  logic [23:0]                           list_key, triangle_key;
+  localparam int unsigned RecordKeyBits = rt_contract_pkg::TriangleIndexBits + Levels - 1;
+  logic [23:0]                           list_key;
+  logic [RecordKeyBits-1:0]              triangle_key;
+  logic                                  enter_valid, enter_ready, next_valid, next_ready, found_valid;
+  rt_contract_pkg::instance_enter_in_record_t enter_data;
+  context_t                              enter_context, found_context;
+  rt_core_pkg::entry_t                   enter_entry;
+  rt_core_pkg::found_t                   found;
   logic [rt_core_pkg::MshrIdBits-1:0]    list_mshr, triangle_mshr;
   rt_reference_unit #(
       .Config(Config)
@@ -726,15 +785,30 @@ module rt_core #(
       .axis_valid_i          (stored_axis_valid),
       .ray_context_i         (stored_axis.ctx),
       .axis_number_i         (stored_axis.axis.axis),
+      .axis_level_i          (stored_axis.level),
       .axis_i                ('{direction: stored_axis.axis.direction, origin: stored_axis.axis.walk.origin}),
       .ray_valid_i           (stored_ray),
       .ray_any_i             (stored.info.any),
+      .ray_t_max_i           (stored.info.t_max),
       .references_valid_i    (listed_valid),
       .references_context_i  (listed.ctx),
       .references_i          (listed.references),
       .in_valid_i            (begin_valid),
       .in_context_i          (begin_context),
+      .next_valid_i          (next_valid),
+      .next_ready_o          (next_ready),
+      .next_context_i        (entry_context),
+      .entered_valid_i       (entered_valid),
+      .entered_context_i     (entered.ctx),
       .has_hit_i             (has_hit),
+      .found_valid_i         (found_valid),
+      .found_context_i       (found_context),
+      .found_i               (found),
+      .enter_valid_o         (enter_valid),
+      .enter_ready_i         (enter_ready),
+      .enter_data_o          (enter_data),
+      .enter_context_o       (enter_context),
+      .enter_o               (enter_entry),
       .out_valid_o           (test_valid),
       .out_ready_i           (test_ready),
       .out_data_o            (test_data),
@@ -764,42 +838,153 @@ module rt_core #(
   );
   assign source_request[rt_config_pkg::SourceList] =
       request(view.list_base, {list_key, {rt_core_pkg::LineShift{1'b0}}}, 64, rt_config_pkg::SourceList, list_mshr);
-  assign source_request[rt_config_pkg::SourceTriangle] =
-      request(view.triangle_base, {triangle_key, {rt_core_pkg::LineShift{1'b0}}}, rt_contract_pkg::TriangleUsedBits / 8, rt_config_pkg::SourceTriangle, triangle_mshr);
+  localparam int unsigned TriangleBytes = rt_contract_pkg::TriangleUsedBits / 8;
+  if (Levels > 1) begin : gen_record_request
+    assign source_request[rt_config_pkg::SourceTriangle] = triangle_key[RecordKeyBits-1] ?
+        request(view.instance_base, {triangle_key[23:0], {rt_core_pkg::LineShift{1'b0}}}, rt_contract_pkg::InstanceBytes, rt_config_pkg::SourceTriangle, triangle_mshr) :
+        request(view.triangle_base, {triangle_key[23:0], {rt_core_pkg::LineShift{1'b0}}}, TriangleBytes, rt_config_pkg::SourceTriangle, triangle_mshr);
+  end else begin : gen_triangle_request
+    assign source_request[rt_config_pkg::SourceTriangle] =
+        request(view.triangle_base, {triangle_key, {rt_core_pkg::LineShift{1'b0}}}, TriangleBytes, rt_config_pkg::SourceTriangle, triangle_mshr);
+  end
 
-  typedef struct packed {
-    test_tag_t                            tag;
-    rt_contract_pkg::tri_test_in_record_t data;
-  } test_t;
-  test_t entering;
-  logic  entering_valid, entering_ready;
-  rt_queue #(
-      .Depth (4),
-      .data_t(test_t)
-  ) u_tests (
-      .clk_i,
-      .rst_ni     (wires_rst_n),
-      .in_valid_i (test_valid),
-      .in_ready_o (test_ready),
-      .in_data_i  ('{tag: test_tag, data: test_data}),
-      .out_valid_o(entering_valid),
-      .out_ready_i(entering_ready),
-      .out_data_o (entering)
-  );
-  rt_tri_test #(
-      .tag_t(test_tag_t)
-  ) u_tri_test (
-      .clk_i,
-      .rst_ni     (rst_n[ResetTests]),
-      .in_valid_i (entering_valid),
-      .in_ready_o (entering_ready),
-      .in_data_i  (entering.data),
-      .in_tag_i   (entering.tag),
-      .out_valid_o(tri_valid),
-      .out_ready_i(tri_ready),
-      .out_data_o (tri_data),
-      .out_tag_o  (tri_tag)
-  );
+  // --- entries, and tests ---
+  logic tests_wait;
+  if (Levels > 1) begin : gen_entry
+    // An entry goes before a test, so tests wait.
+    typedef struct packed {
+      test_tag_t                            tag;
+      rt_contract_pkg::tri_test_in_record_t data;
+    } test_t;
+    test_t entering;
+    logic  entering_valid, entering_ready;
+    rt_queue #(
+        .Depth (4),
+        .data_t(test_t)
+    ) u_tests (
+        .clk_i,
+        .rst_ni     (wires_rst_n),
+        .in_valid_i (test_valid),
+        .in_ready_o (test_ready),
+        .in_data_i  ('{tag: test_tag, data: test_data}),
+        .out_valid_o(entering_valid),
+        .out_ready_i(entering_ready),
+        .out_data_o (entering)
+    );
+    assign tests_wait = entering_valid;
+
+    rt_core_pkg::entered_t            entry_entered;
+    rt_contract_pkg::triangle_index_t entry_entered_next;
+    logic                                       transform_entry, unit_ready, test_enters_unused;
+    logic [2:0][rt_stage_pkg::EnterSumBits-1:0] place, course;
+    rt_contract_pkg::row_position_t [2:0]       test_position;
+    rt_contract_pkg::row_direction_t [2:0]      test_direction;
+    rt_transform u_transform (
+        .clk_i,
+        .rst_ni     (rst_n[ResetEntry]),
+        .entry_i    (transform_entry),
+        .instance_i (enter_data),
+        .triangle_i (entering.data),
+        .place_o    (place),
+        .course_o   (course),
+        .position_o (test_position),
+        .direction_o(test_direction)
+    );
+    rt_entry #(
+        .Config(Config)
+    ) u_entry (
+        .clk_i,
+        .rst_ni        (rst_n[ResetEntry]),
+        .in_valid_i    (enter_valid),
+        .in_ready_o    (enter_ready),
+        .in_data_i     (enter_data),
+        .in_context_i  (enter_context),
+        .in_entry_i    (enter_entry),
+        .enter_o       (transform_entry),
+        .place_i       (place),
+        .course_i      (course),
+        .context_o     (entry_context),
+        .axis_valid_o  (entry_axis_valid),
+        .axis_ready_i  (entry_axis_ready),
+        .axis_o        (entry_axis),
+        .launch_valid_o(entry_launch_valid),
+        .launch_o      (entry_launch),
+        .entered_o     (entry_entered),
+        .entered_next_o(entry_entered_next),
+        .next_valid_o  (next_valid),
+        .next_ready_i  (next_ready),
+        .out_valid_o   (end_valid[EndEntry]),
+        .out_ready_i   (end_ready[EndEntry]),
+        .out_event_o   (end_data[EndEntry].event_code),
+        .pause_o       (entry_pause),
+        .idle_o        (entry_idle)
+    );
+    assign end_data[EndEntry].ctx     = entry_context;
+    assign end_data[EndEntry].climbed = 1'b0;
+    assign end_data[EndEntry].steps   = '0;
+    rt_hop #(
+        .Depth (Config.launch_hops),
+        .data_t(entered_t)
+    ) u_entered (
+        .clk_i,
+        .rst_ni (wires_rst_n),
+        .valid_i(entry_go),
+        .data_i ('{ctx: entry_context, next: entry_entered_next, entered: entry_entered}),
+        .valid_o(entered_valid),
+        .data_o (entered)
+    );
+
+    // The transform serves tests and entries; an entry, which is not held, goes first.
+    assign entering_ready = unit_ready && !enter_valid;
+    rt_unit_test #(
+        .RowsLatency(rt_stage_pkg::TransformLatency),
+        .tag_t      (test_tag_t)
+    ) u_tri_test (
+        .clk_i,
+        .rst_ni     (rst_n[ResetTests]),
+        .in_valid_i (entering_valid && entering_ready),
+        .in_ready_o (unit_ready),
+        .in_data_i  (entering.data),
+        .in_tag_i   (entering.tag),
+        .enter_o    (test_enters_unused),
+        .origin_i   (test_position),
+        .direction_i(test_direction),
+        .out_valid_o(tri_valid),
+        .out_ready_i(tri_ready),
+        .out_data_o (tri_data),
+        .out_tag_o  (tri_tag)
+    );
+  end else begin : gen_no_entry
+    assign enter_ready        = 1'b1;
+    assign entry_context      = '0;
+    assign entry_axis_valid   = 1'b0;
+    assign entry_axis         = '0;
+    assign entry_launch_valid = 1'b0;
+    assign entry_launch       = '0;
+    assign next_valid         = 1'b0;
+    assign entry_pause        = 1'b0;
+    assign entry_idle         = 1'b1;
+    assign entered_valid      = 1'b0;
+    assign entered            = '0;
+
+    rt_tri_test #(
+        .InputHops(1),
+        .Spare    (rt_stage_pkg::TestSpare),
+        .tag_t    (test_tag_t)
+    ) u_tri_test (
+        .clk_i,
+        .rst_ni     (rst_n[ResetTests]),
+        .in_valid_i (test_valid),
+        .in_ready_o (test_ready),
+        .in_data_i  (test_data),
+        .in_tag_i   (test_tag),
+        .out_valid_o(tri_valid),
+        .out_ready_i(tri_ready),
+        .out_data_o (tri_data),
+        .out_tag_o  (tri_tag)
+    );
+    assign tests_wait = test_valid;
+  end
 
   // --- results ---
   logic                                  finish_valid, finish_ready;
@@ -821,6 +1006,18 @@ module rt_core #(
       .direct_ready_o  (direct_ready),
       .direct_context_i(direct.ctx),
       .direct_event_i  (direct.event_code),
+      .direct_climbed_i(direct.climbed),
+      .direct_steps_i  (direct.steps),
+      .save_valid_i    (arrival_valid && !arrival_ends && !arrival.arrival.level),
+      .save_context_i  (arrival.ctx),
+      .save_i          ('{node: arrival.arrival.node, t: arrival.arrival.t}),
+      .entered_valid_i (entered_valid),
+      .entered_context_i(entered.ctx),
+      .entered_i       (entered.entered),
+      .pause_i         (entry_pause),
+      .found_valid_o   (found_valid),
+      .found_context_o (found_context),
+      .found_o         (found),
       .tri_valid_i     (tri_valid),
       .tri_ready_o     (tri_ready),
       .tri_data_i      (tri_data),
@@ -935,7 +1132,7 @@ module rt_core #(
       .read_i      (read_o),
       .fill_i      (fill_i),
       .contexts_i  (32'(contexts_used)),
-      .idle_i      (lanes_idle == '1 && nodes_idle && leaves_idle && references_idle && !arrival_valid && !first_valid && !direct_valid && !tri_valid && !entering_valid),
+      .idle_i      (lanes_idle == '1 && nodes_idle && leaves_idle && references_idle && !arrival_valid && !first_valid && !direct_valid && !tri_valid && !tests_wait && entry_idle),
       .freed_i     (free_valid),
       .launched_i  (ray_go),
       .stalled_i   (hit_valid_o && !hit_ready_i),

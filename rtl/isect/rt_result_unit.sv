@@ -8,11 +8,15 @@
 //             this happens only where results have been held up.
 // Order       Direct events go first; a context is never in both at once. Lower t wins, on equal t the lower id; an any-hit ray keeps
 //             the first accepted one, also over an error met behind it.
+// Two levels  Inside an object the candidate is compared with what is as good there as the best hit: t_max of the object's ray, until the object has one. The
+//             hit that is kept has t and the id of the world. A tree that is done sends the context back to the leaf that it came from.
 // Rates       One event a clock. finish_* stalls it, return_* is always accepted.
-// Counterpart is_nearer, leave_leaf in hls.
+// Pause       pause_i keeps further events back, so that no return goes to the lanes seven clocks later.
+// Counterpart is_nearer, leave_leaf, leave_tree in hls.
 `include "rt_assert.svh"
 module rt_result_unit #(
     parameter rt_config_pkg::config_t Config = rt_config_pkg::ConfigEcp5,
+    localparam bit TwoLevels = Config.levels > 1,
     localparam int unsigned Contexts = Config.lanes * Config.contexts_per_lane,
     localparam int unsigned ContextBits = $clog2(Contexts)
 ) (
@@ -29,6 +33,8 @@ module rt_result_unit #(
     output logic                                  direct_ready_o,
     input  logic [ContextBits-1:0]                direct_context_i,
     input  rt_contract_pkg::status_t              direct_event_i,
+    input  logic                                  direct_climbed_i,  // at the root of its tree, after direct_steps_i
+    input  logic [31:0]                           direct_steps_i,
     input  logic                                  tri_valid_i,
     output logic                                  tri_ready_o,
     input  rt_contract_pkg::tri_test_out_record_t tri_data_i,
@@ -36,6 +42,17 @@ module rt_result_unit #(
     input  logic                                  tri_test_i,
     input  logic                                  tri_last_i,
     input  rt_contract_pkg::status_t              tri_event_i,
+    // A leaf of the top tree is reached: where its objects send the context back to.
+    input  logic                                  save_valid_i,
+    input  logic [ContextBits-1:0]                save_context_i,
+    input  rt_core_pkg::saved_t                   save_i,
+    input  logic                                  entered_valid_i,
+    input  logic [ContextBits-1:0]                entered_context_i,
+    input  rt_core_pkg::entered_t                 entered_i,
+    input  logic                                  pause_i,
+    output logic                                  found_valid_o,
+    output logic [ContextBits-1:0]                found_context_o,
+    output rt_core_pkg::found_t                   found_o,
     output logic [Contexts-1:0]                   has_hit_o,
     output logic                                  return_valid_o,
     output logic [ContextBits-1:0]                return_context_o,
@@ -63,6 +80,12 @@ module rt_result_unit #(
     best_t                    best;
     rt_core_pkg::ray_tag_t    tag;
   } finish_t;
+
+  // What a candidate has to come before.
+  typedef struct packed {
+    rt_contract_pkg::t_limit_t     t;
+    rt_contract_pkg::triangle_id_t id;
+  } near_t;
 
   localparam int unsigned FinishDepth = 16;
   localparam int unsigned InFlight = 7;  // R0 .. R6 may hold finished rays that are not counted yet
@@ -119,6 +142,15 @@ module rt_result_unit #(
   rt_core_pkg::ray_info_t                r1_ray, r2_ray_q;
   logic [Contexts-1:0]                   has_hit_q;
 
+  // --- two levels (below) ---
+  near_t                        r3_near;
+  best_t                        r4_new;  // as the world sees it
+  logic                         r5_level, r5_climbed, r5_at_root;
+  rt_contract_pkg::t_limit_t    r5_near_t;
+  logic [31:0]                  r5_steps;
+  rt_core_pkg::saved_t          r5_saved;
+  rt_contract_pkg::pair_index_t r5_root;
+
   // --- R3: compare ---
   logic                                  r3_valid_q, r3_had_q;
   event_t                                r3_q;
@@ -139,7 +171,7 @@ module rt_result_unit #(
                        (r3_valid_q && r3_q.ctx == result.what.ctx) || (r4_valid_q && r4_q.ctx == result.what.ctx);
 
   // --- R5: what to do ---
-  logic                         r5_last_q, r5_has_q, r5_ends, r5_finish;
+  logic                         r5_last_q, r5_has_q, r5_ends, r5_finish, r5_leaves_tree;
   event_t                       r5_q;
   best_t                        r5_best_q;
   rt_core_pkg::leave_t          r5_leave_q;
@@ -149,8 +181,10 @@ module rt_result_unit #(
   assign r5_target = parent_links_i ? r5_leave_q.node : r5_leave_q.link;
   // Nothing behind the exit can be nearer, or there is nowhere to go.
   assign r5_ends = !r5_leave_q.exit.exits[0] ||
-      signed'({2'b0, r5_best_q.t}) <= signed'({r5_leave_q.exit.t_exit[27], r5_leave_q.exit.t_exit}) || r5_target == '0;
-  assign r5_finish = (r5_ray_q.any[0] && r5_has_q) || r5_q.event_code != rt_core_pkg::EventGoOn || r5_ends;
+      signed'({2'b0, r5_near_t}) <= signed'({r5_leave_q.exit.t_exit[27], r5_leave_q.exit.t_exit}) || r5_at_root;
+  assign r5_leaves_tree = r5_level && !(r5_ray_q.any[0] && r5_has_q) &&
+      (r5_q.event_code == rt_core_pkg::EventFinish || (r5_q.event_code == rt_core_pkg::EventGoOn && r5_ends));
+  assign r5_finish = (r5_ray_q.any[0] && r5_has_q) || ((r5_q.event_code != rt_core_pkg::EventGoOn || r5_ends) && !r5_leaves_tree);
 
   // --- R6: do it ---
   logic                 return_valid_q, free_valid_q;
@@ -165,7 +199,7 @@ module rt_result_unit #(
   assign has_hit_o        = has_hit_q;
 
   always_ff @(posedge clk_i) begin
-    room_q     <= finish_usage <= FinishUsageBits'(FinishDepth - InFlight - 1);
+    room_q     <= finish_usage <= FinishUsageBits'(FinishDepth - InFlight - 1) && !pause_i;
     r1_valid_q <= r0_valid;
     r1_q       <= r0_event;
     r1_tri_q   <= result.data;
@@ -193,9 +227,9 @@ module rt_result_unit #(
     r4_q           <= r3_q;
     r4_had_q       <= r3_had_q;
     r4_candidate_q <= r3_valid_q && !r3_q.direct && r3_q.test && r3_tri_q.hit[0] && !(r3_ray_q.any[0] && r3_had_q);
-    r4_less_q      <= r3_tri_q.t < r3_best_q.t;
-    r4_same_q      <= r3_tri_q.t == r3_best_q.t;
-    r4_lower_id_q  <= r3_tri_q.id < r3_best_q.id;
+    r4_less_q      <= r3_tri_q.t < r3_near.t;
+    r4_same_q      <= r3_tri_q.t == r3_near.t;
+    r4_lower_id_q  <= r3_tri_q.id < r3_near.id;
     r4_best_q      <= r3_best_q;
     r4_leave_q     <= r3_leave_q;
     r4_ray_q       <= r3_ray_q;
@@ -214,7 +248,7 @@ module rt_result_unit #(
     r5_last_q  <= r4_valid_q && r4_q.last;
     r5_q       <= r4_q;
     r5_has_q   <= r4_had_q || r4_accept;
-    r5_best_q  <= r4_accept ? r4_new_q : r4_best_q;
+    r5_best_q  <= r4_accept ? r4_new : r4_best_q;
     r5_leave_q <= r4_leave_q;
     r5_ray_q   <= r4_ray_q;
 
@@ -229,6 +263,19 @@ module rt_result_unit #(
     return_q.up     <= parent_links_i;
     return_q.parent <= r5_leave_q.parent;
     return_q.node   <= r5_target;
+    return_q.tree   <= '0;
+    if (TwoLevels) begin
+      return_q.tree.level <= r5_level;
+      return_q.tree.root  <= r5_level ? r5_root : '0;
+      if (r5_leaves_tree) begin
+        return_q.tree         <= '0;
+        return_q.tree.resumes <= 1'b1;
+        return_q.t            <= r5_saved.t;
+        return_q.node         <= r5_saved.node;
+        return_q.up           <= 1'b0;
+        if (r5_climbed) return_q.steps <= r5_steps;
+      end
+    end
     finish_q.best   <= r5_best_q;
     finish_q.tag    <= r5_ray_q.tag;
     if (!r5_has_q) finish_q.best.id <= '0;
@@ -258,7 +305,7 @@ module rt_result_unit #(
       .rst_ni,
       .write_en_i  (r4_accept),
       .write_addr_i(r4_q.ctx),
-      .write_data_i(r4_new_q),
+      .write_data_i(r4_new),
       .read_en_i   (r0_valid),
       .read_addr_i (r0_context),
       .read_data_o (r1_best)
@@ -289,6 +336,156 @@ module rt_result_unit #(
       .read_addr_i (r0_context),
       .read_data_o (r1_ray)
   );
+
+  if (TwoLevels) begin : gen_levels
+    localparam int unsigned StepShift = rt_contract_pkg::TLimitFrac - rt_contract_pkg::EntryStartFrac;
+    localparam int unsigned WayBits = rt_contract_pkg::EntryStartBits + StepShift + 1;
+    logic [Contexts-1:0]              level_q, had_near_q;
+    logic                             r1_climbed_q, r2_climbed_q, r3_climbed_q, r4_climbed_q, r5_climbed_q;
+    logic [31:0]                      r1_steps_q, r2_steps_q, r3_steps_q, r4_steps_q, r5_steps_q;
+    logic                             r2_level_q, r3_level_q, r4_level_q, r5_level_q, r2_had_near_q, leaves_tree_q;
+    near_t                            r4_new_near, r1_near, r2_near_q, r3_near_q, r4_near_q;
+    rt_core_pkg::entered_t            r1_entered, r2_entered_q, r3_entered_q, r4_entered_q;
+    rt_core_pkg::saved_t              r1_saved, r2_saved_q, r3_saved_q, r4_saved_q, r5_saved_q;
+    rt_contract_pkg::triangle_index_t r1_instance, r2_instance_q, r3_instance_q, r4_instance_q;
+    rt_contract_pkg::pair_index_t     r5_root_q;
+    logic [WayBits-1:0]               r3_way_q;  // t of the candidate from the start of the world's ray, in steps of the object's
+    rt_contract_pkg::t_limit_t        r4_world_t_q, r5_near_t_q;
+    rt_contract_pkg::triangle_id_t    r4_world_id_q;
+
+    always_ff @(posedge clk_i) begin
+      r1_climbed_q  <= direct_valid_i && direct_climbed_i;
+      r1_steps_q    <= direct_steps_i;
+      r2_climbed_q  <= r1_climbed_q;
+      r2_steps_q    <= r1_steps_q;
+      r2_level_q    <= level_q[r1_q.ctx];
+      r2_had_near_q <= had_near_q[r1_q.ctx];
+      r2_near_q     <= r1_near;
+      r2_entered_q  <= r1_entered;
+      r2_saved_q    <= r1_saved;
+      r2_instance_q <= r1_instance;
+      r3_climbed_q  <= r2_climbed_q;
+      r3_steps_q    <= r2_steps_q;
+      r3_level_q    <= r2_level_q;
+      r3_entered_q  <= r2_entered_q;
+      r3_saved_q    <= r2_saved_q;
+      r3_instance_q <= r2_had_q ? r2_instance_q : '0;
+      r3_way_q      <= WayBits'({r2_entered_q.start, StepShift'(0)}) + WayBits'(r2_tri_q.t);
+      if (r2_level_q) begin
+        r3_near_q <= r2_had_near_q ? r2_near_q : '{t: r2_entered_q.t_max, id: rt_contract_pkg::NoTriangle};
+      end else begin
+        r3_near_q <= r2_had_q ? '{t: r2_best_q.t, id: r2_best_q.id} : '{t: r2_ray_q.t_max, id: rt_contract_pkg::NoTriangle};
+      end
+      r4_climbed_q  <= r3_climbed_q;
+      r4_steps_q    <= r3_steps_q;
+      r4_level_q    <= r3_level_q;
+      r4_near_q     <= r3_near_q;
+      r4_entered_q  <= r3_entered_q;
+      r4_saved_q    <= r3_saved_q;
+      r4_instance_q <= r3_level_q ? r3_entered_q.number : r3_instance_q;
+      r4_world_t_q  <= rt_contract_pkg::t_limit_t'(r3_way_q >> r3_entered_q.scale);
+      r4_world_id_q <= r3_tri_q.id + r3_entered_q.first_id;
+      r5_climbed_q  <= r4_climbed_q;
+      r5_steps_q    <= r4_steps_q;
+      r5_level_q    <= r4_level_q;
+      r5_near_t_q   <= r4_accept ? r4_new_q.t : r4_near_q.t;
+      r5_saved_q    <= r4_saved_q;
+      r5_root_q     <= r4_entered_q.root;
+      leaves_tree_q <= r5_last_q && r5_leaves_tree && rst_ni;
+      if (r4_accept && r4_level_q) had_near_q[r4_q.ctx] <= 1'b1;
+      if (leaves_tree_q) level_q[r6_context_q] <= 1'b0;
+      if (ray_valid_i) level_q[ray_context_i] <= 1'b0;
+      if (entered_valid_i) begin
+        level_q[entered_context_i]    <= 1'b1;
+        had_near_q[entered_context_i] <= 1'b0;
+      end
+    end
+    assign r3_near     = r3_near_q;
+    assign r4_new_near = '{t: r4_new_q.t, id: r4_new_q.id};
+    always_comb begin
+      r4_new = r4_new_q;
+      if (r4_level_q) begin
+        r4_new.t  = r4_world_t_q;
+        r4_new.id = r4_world_id_q;
+      end
+    end
+    assign r5_level        = r5_level_q;
+    assign r5_climbed      = r5_climbed_q;
+    assign r5_steps        = r5_steps_q;
+    assign r5_saved        = r5_saved_q;
+    assign r5_root         = r5_root_q;
+    assign r5_near_t       = r5_near_t_q;
+    assign r5_at_root      = parent_links_i && r5_level_q ? r5_target == {r5_root_q, 1'b0} : r5_target == '0;
+    assign found_valid_o   = r4_accept;
+    assign found_context_o = r4_q.ctx;
+    assign found_o         = '{t: r4_new.t, number: r4_instance_q};
+
+    rt_ram_sdp #(
+        .Depth (Contexts),
+        .data_t(near_t)
+    ) u_near (
+        .clk_i,
+        .rst_ni,
+        .write_en_i  (r4_accept),
+        .write_addr_i(r4_q.ctx),
+        .write_data_i(r4_new_near),
+        .read_en_i   (r0_valid),
+        .read_addr_i (r0_context),
+        .read_data_o (r1_near)
+    );
+    rt_ram_sdp #(
+        .Depth (Contexts),
+        .data_t(rt_contract_pkg::triangle_index_t)
+    ) u_instance (
+        .clk_i,
+        .rst_ni,
+        .write_en_i  (r4_accept),
+        .write_addr_i(r4_q.ctx),
+        .write_data_i(r4_instance_q),
+        .read_en_i   (r0_valid),
+        .read_addr_i (r0_context),
+        .read_data_o (r1_instance)
+    );
+    rt_ram_sdp #(
+        .Depth (Contexts),
+        .data_t(rt_core_pkg::entered_t)
+    ) u_entered (
+        .clk_i,
+        .rst_ni,
+        .write_en_i  (entered_valid_i),
+        .write_addr_i(entered_context_i),
+        .write_data_i(entered_i),
+        .read_en_i   (r0_valid),
+        .read_addr_i (r0_context),
+        .read_data_o (r1_entered)
+    );
+    rt_ram_sdp #(
+        .Depth (Contexts),
+        .data_t(rt_core_pkg::saved_t)
+    ) u_saved (
+        .clk_i,
+        .rst_ni,
+        .write_en_i  (save_valid_i),
+        .write_addr_i(save_context_i),
+        .write_data_i(save_i),
+        .read_en_i   (r0_valid),
+        .read_addr_i (r0_context),
+        .read_data_o (r1_saved)
+    );
+  end else begin : gen_one_level
+    assign r3_near         = '{t: r3_best_q.t, id: r3_best_q.id};
+    assign r4_new          = r4_new_q;
+    assign r5_level        = 1'b0;
+    assign r5_climbed      = 1'b0;
+    assign r5_steps        = '0;
+    assign r5_saved        = '0;
+    assign r5_root         = '0;
+    assign r5_near_t       = r5_best_q.t;
+    assign r5_at_root      = r5_target == '0;
+    assign found_valid_o   = 1'b0;
+    assign found_context_o = '0;
+    assign found_o         = '0;
+  end
 
   logic finish_room;
   rt_fifo #(

@@ -7,10 +7,14 @@
 // Reads       As much of a record as its size code says; the code is part of the cache's key.
 // Misses      Parked in the cache and woken. Retry as in rt_lane.
 // Order       Of statuses as in hls/top/trace.cpp: index, kind, t_exit < t, count.
+// Two levels  The ray of the level is read. A leaf that a context comes back to goes on with the reference behind the one that sent it away, and is not
+//             counted again. The first leaf of an object may be broken: the ray passes the object's root box by, within the tolerance of its entry, and is
+//             finished with the object.
 // Counterpart arrive_at_leaf in hls/top/trace.cpp. Source: Lee 2007, section 3.
 `include "rt_assert.svh"
 module rt_leaf_unit #(
     parameter rt_config_pkg::config_t Config = rt_config_pkg::ConfigEcp5,
+    localparam int unsigned Levels = Config.levels,
     localparam int unsigned Contexts = Config.lanes * Config.contexts_per_lane,
     localparam int unsigned ContextBits = $clog2(Contexts),
     localparam int unsigned DataBits = Config.data_bits
@@ -27,11 +31,16 @@ module rt_leaf_unit #(
     input  logic                               axis_valid_i,
     input  logic [ContextBits-1:0]             axis_context_i,
     input  logic [1:0]                         axis_number_i,
+    input  logic                               axis_level_i,
     input  rt_core_pkg::walk_axis_t            axis_i,
     // Arrivals, always accepted.
     input  logic                               in_valid_i,
     input  logic [ContextBits-1:0]             in_context_i,
     input  rt_core_pkg::arrival_t              in_data_i,
+    // A context enters an object: how many references of its leaf are done.
+    input  logic                               entered_valid_i,
+    input  logic [ContextBits-1:0]             entered_context_i,
+    input  rt_contract_pkg::triangle_index_t   entered_next_i,
     // Leaves with something to test.
     output logic                               iter_valid_o,
     output logic [ContextBits-1:0]             iter_context_o,
@@ -78,6 +87,8 @@ module rt_leaf_unit #(
     context_t                           ctx;
     rt_contract_pkg::status_t           fault;
     logic                               bad_kind;
+    logic                               fresh;
+    logic                               nothing;  // all references are done
     logic [31:0]                        steps;
     rt_contract_pkg::triangle_index_t   count;
     rt_contract_pkg::node_index_t       node;
@@ -182,6 +193,58 @@ module rt_leaf_unit #(
       .read_data_o (p5_state)
   );
 
+  // --- two levels: how the context has come here, and how much of the leaf is done ---
+  typedef struct packed {
+    logic level;
+    logic fresh;
+    logic resumes;
+  } way_t;
+  way_t                             p6_way;
+  logic                             p4_level;
+  rt_contract_pkg::triangle_index_t p6_first;
+  if (Levels > 1) begin : gen_way
+    way_t                             p3_way, p4_way_q, p5_way_q, p6_way_q;
+    rt_contract_pkg::triangle_index_t p5_first, p6_first_q;
+    rt_ram_lut #(
+        .Depth (Contexts),
+        .data_t(way_t)
+    ) u_way (
+        .clk_i,
+        .rst_ni,
+        .write_en_i  (in_valid_q),
+        .write_addr_i(in_context_q),
+        .write_data_i('{level: in_data_q.level, fresh: in_data_q.fresh, resumes: in_data_q.resumes}),
+        .read_addr_i (stage_context[3]),
+        .read_data_o (p3_way)
+    );
+    rt_ram_sdp #(
+        .Depth (Contexts),
+        .data_t(rt_contract_pkg::triangle_index_t)
+    ) u_first (
+        .clk_i,
+        .rst_ni,
+        .write_en_i  (entered_valid_i),
+        .write_addr_i(entered_context_i),
+        .write_data_i(entered_next_i),
+        .read_en_i   (stage_valid[4]),
+        .read_addr_i (stage_context[4]),
+        .read_data_o (p5_first)
+    );
+    always_ff @(posedge clk_i) begin
+      p4_way_q   <= p3_way;
+      p5_way_q   <= p4_way_q;
+      p6_way_q   <= p5_way_q;
+      p6_first_q <= p5_way_q.resumes ? p5_first : '0;
+    end
+    assign p4_level = p4_way_q.level;
+    assign p6_way   = p6_way_q;
+    assign p6_first = p6_first_q;
+  end else begin : gen_one_way
+    assign p4_level = 1'b0;
+    assign p6_way   = '0;
+    assign p6_first = '0;
+  end
+
   // --- P3, P4: on the way; state and ray are there in P5 ---
   rt_core_pkg::leaf_size_t  p3_size_q, p4_size_q;
   rt_contract_pkg::status_t p3_fault_q, p4_fault_q;
@@ -235,18 +298,19 @@ module rt_leaf_unit #(
       .fill_error_i,
       .idle_o      (cache_idle)
   );
+  localparam int unsigned RayBits = $clog2(Levels * Contexts);
   rt_ray_ram #(
-      .Contexts(Contexts),
+      .Contexts(Levels * Contexts),
       .axis_t  (rt_core_pkg::walk_axis_t)
   ) u_ray (
       .clk_i,
       .rst_ni,
       .write_en_i     (axis_valid_i),
-      .write_context_i(axis_context_i),
+      .write_context_i(RayBits'({axis_level_i, axis_context_i})),
       .write_axis_i   (axis_number_i),
       .write_data_i   (axis_i),
       .read_en_i      (stage_valid[4]),
-      .read_context_i (stage_context[4]),
+      .read_context_i (RayBits'({p4_level, stage_context[4]})),
       .read_data_o    (p5_axes)
   );
 
@@ -268,6 +332,8 @@ module rt_leaf_unit #(
   end
 
   // --- P6 ---
+  logic        p6_instances;
+  logic [31:0] p6_steps;
   always_comb begin
     exit_in            = '0;
     exit_in.bound      = p6_leaf_q.bound;
@@ -279,8 +345,10 @@ module rt_leaf_unit #(
     exit_in.t          = p6_state_q.t;
     tag_in.ctx     = stage_context[6];
     tag_in.fault       = p6_fault_q;
-    tag_in.bad_kind    = p6_leaf_q.kind != rt_contract_pkg::axis_t'(rt_contract_pkg::KindTriangles);
-    tag_in.steps       = p6_state_q.steps;
+    tag_in.bad_kind    = p6_leaf_q.kind != rt_contract_pkg::axis_t'(rt_contract_pkg::KindTriangles) && (!p6_instances || p6_way.level);
+    tag_in.fresh       = p6_way.fresh;
+    tag_in.nothing     = Levels > 1 && p6_count <= p6_first;
+    tag_in.steps       = p6_steps;
     tag_in.count       = p6_count;
     tag_in.node        = p6_state_q.node;
     tag_in.parent      = p6_leaf_q.parent;
@@ -289,6 +357,9 @@ module rt_leaf_unit #(
       tag_in.link[axis] = p6_ray_q.negative[axis] ? p6_leaf_q.link[2*axis] : p6_leaf_q.link[2*axis+1];
     end
   end
+  // Steps before reference 0: those that were done before the context came back are behind it already.
+  assign p6_instances = Levels > 1 && p6_leaf_q.kind == rt_contract_pkg::axis_t'(rt_contract_pkg::KindInstance);
+  assign p6_steps     = p6_state_q.steps - 32'(p6_first);
   assign p6_count  = p6_size_q < rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong) ?
                        rt_contract_pkg::triangle_index_t'(p6_size_q) : p6_leaf_q.count;
   assign enter     = stage_valid[6] && enter_ready;
@@ -311,7 +382,10 @@ module rt_leaf_unit #(
   assign references_valid_o   = enter;
   assign references_context_o = stage_context[6];
   assign references_o = '{
-          steps: p6_state_q.steps,
+          level: p6_way.level,
+          instances: p6_instances,
+          first: p6_first,
+          steps: p6_steps,
           list_base: p6_leaf_q.list_base,
           count: p6_count,
           refs: p6_leaf_q.refs
@@ -324,7 +398,9 @@ module rt_leaf_unit #(
     result = tag_out.fault;
     if (tag_out.fault == rt_core_pkg::EventGoOn) begin
       if (tag_out.bad_kind) result = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadRecord);
-      else if (exit_out.broken) result = rt_contract_pkg::status_t'(rt_contract_pkg::StatusInvariant);
+      else if (exit_out.broken) begin
+        result = Levels > 1 && tag_out.fresh ? rt_core_pkg::EventFinish : rt_contract_pkg::status_t'(rt_contract_pkg::StatusInvariant);
+      end
     end
     leave_o.exit   = exit_out;
     leave_o.link   = '0;
@@ -334,9 +410,10 @@ module rt_leaf_unit #(
     end
     leave_o.parent = tag_out.parent;
     leave_o.node   = tag_out.node;
-    leave_o.steps  = tag_out.steps + 32'(tag_out.count);
+    // A first leaf that is broken has no tests.
+    leave_o.steps  = tag_out.steps + (Levels > 1 && tag_out.fresh && exit_out.broken ? 32'd0 : 32'(tag_out.count));
   end
-  assign at_once         = result != rt_core_pkg::EventGoOn || tag_out.count == '0;
+  assign at_once         = result != rt_core_pkg::EventGoOn || (Levels > 1 ? tag_out.nothing : tag_out.count == '0);
   assign iter_valid_o    = exit_valid && exit_take && !at_once;
   assign iter_context_o  = tag_out.ctx;
   assign leave_valid_o   = exit_valid && exit_take;
@@ -376,7 +453,7 @@ module rt_leaf_unit #(
   assign events_o.hit     = p5_look && p5_hit;
   assign events_o.busy    = enter;
   assign events_o.starved = !stage_valid[0];
-  assign leaf_o           = enter && p6_fault_q == rt_core_pkg::EventGoOn;
+  assign leaf_o           = enter && p6_fault_q == rt_core_pkg::EventGoOn && !p6_way.resumes;
 
   assign idle_o           = pipe_idle && cache_idle && !in_valid_i && !in_valid_q && !exit_valid && !out_valid_o;
 

@@ -8,11 +8,16 @@
 //             is none) tells the result unit that all results are in. Tests of an any-hit ray that already has its hit are not sent.
 // Misses      Parked in the list or triangle cache and woken; nothing is noted until I9 but the index, once it is known.
 // Statuses    As step_test in hls/top/trace.cpp orders them: step limit, list index, triangle index.
-// Mailbox     The last triangles tested for this ray; a reference to one of them counts as a step and is skipped.
+// Instances   A reference of a leaf of instances that is not in their mailbox, and not that of the best hit, whose object has been searched to its end,
+//             goes to rt_entry with its record, and the context with it: it comes back when the object's box is passed by (next_*), or with the leaf,
+//             which says which reference is the first. Instance records share the cache of the triangles; a bit of the key tells them apart.
+// Mailbox     The last triangles tested for this ray, or for its ray in this object; a reference to one of them counts as a step and is skipped.
 // Source      Amanatides & Woo 1987 (mailbox).
 `include "rt_assert.svh"
 module rt_reference_unit #(
     parameter rt_config_pkg::config_t Config = rt_config_pkg::ConfigEcp5,
+    localparam int unsigned Levels = Config.levels,
+    localparam int unsigned RecordKeyBits = rt_contract_pkg::TriangleIndexBits + Levels - 1,
     localparam int unsigned Contexts = Config.lanes * Config.contexts_per_lane,
     localparam int unsigned ContextBits = $clog2(Contexts),
     localparam int unsigned DataBits = Config.data_bits
@@ -28,9 +33,11 @@ module rt_reference_unit #(
     // An axis of a new ray, and the new ray.
     input  logic                                 axis_valid_i,
     input  logic [1:0]                           axis_number_i,
+    input  logic                                 axis_level_i,
     input  rt_core_pkg::test_axis_t              axis_i,
     input  logic                                 ray_valid_i,
     input  logic                                 ray_any_i,
+    input  rt_contract_pkg::t_limit_t            ray_t_max_i,
     input  logic [ContextBits-1:0]               ray_context_i,
     // Leaves: references, then (later) the word that the context may start.
     input  logic                                 references_valid_i,
@@ -38,8 +45,18 @@ module rt_reference_unit #(
     input  rt_core_pkg::references_t             references_i,
     input  logic                                 in_valid_i,
     input  logic [ContextBits-1:0]               in_context_i,
-    // Contexts that have a hit.
+    // Contexts that go on with the leaf after a reference that rt_entry had.
+    input  logic                                 next_valid_i,
+    output logic                                 next_ready_o,
+    input  logic [ContextBits-1:0]               next_context_i,
+    // A context enters an object.
+    input  logic                                 entered_valid_i,
+    input  logic [ContextBits-1:0]               entered_context_i,
+    // Contexts that have a hit, and the best hit when there is a better one.
     input  logic [Contexts-1:0]                  has_hit_i,
+    input  logic                                 found_valid_i,
+    input  logic [ContextBits-1:0]               found_context_i,
+    input  rt_core_pkg::found_t                  found_i,
     // To rt_tri_test; valid only with ready (the context is replayed otherwise).
     output logic                                 out_valid_o,
     input  logic                                 out_ready_i,
@@ -48,6 +65,12 @@ module rt_reference_unit #(
     output logic                                 out_test_o,   // a test, otherwise a bubble
     output logic                                 out_last_o,
     output rt_contract_pkg::status_t             out_event_o,
+    // To rt_entry; valid only with ready.
+    output logic                                        enter_valid_o,
+    input  logic                                        enter_ready_i,
+    output rt_contract_pkg::instance_enter_in_record_t  enter_data_o,
+    output logic [ContextBits-1:0]                      enter_context_o,
+    output rt_core_pkg::entry_t                         enter_o,
     output logic                                 list_fetch_valid_o,
     input  logic                                 list_fetch_ready_i,
     output logic [23:0]                          list_fetch_key_o,
@@ -55,7 +78,7 @@ module rt_reference_unit #(
     input  logic                                 list_fill_valid_i,
     output logic                                 triangle_fetch_valid_o,
     input  logic                                 triangle_fetch_ready_i,
-    output logic [23:0]                          triangle_fetch_key_o,
+    output logic [RecordKeyBits-1:0]             triangle_fetch_key_o,
     output logic [rt_core_pkg::MshrIdBits-1:0]   triangle_fetch_mshr_o,
     input  logic                                 triangle_fill_valid_i,
     input  logic [rt_core_pkg::MshrIdBits-1:0]   fill_mshr_i,
@@ -68,7 +91,7 @@ module rt_reference_unit #(
     output logic                                 skipped_o,
     output logic                                 idle_o  // no context is here, no read is in flight
 );
-  localparam int unsigned TriangleBits = rt_contract_pkg::TriangleUsedBits;
+  localparam int unsigned RecordBits = Levels > 1 ? rt_contract_pkg::InstanceUsedBits : rt_contract_pkg::TriangleUsedBits;
   localparam int unsigned EntryBits = 32;
   localparam int unsigned WordEntries = DataBits / EntryBits;
   localparam int unsigned WordEntryBits = $clog2(WordEntries);
@@ -126,6 +149,15 @@ module rt_reference_unit #(
   progress_t                        i1_stored;
   rt_contract_pkg::triangle_index_t i1_resolved;
   kept_t                            i1_refs;
+
+  // --- two levels: of what a leaf refers to, and what is known of the instance ---
+  typedef struct packed {
+    logic level;      // the ray that is tested
+    logic instances;
+  } kind_t;
+  kind_t                            i6_kind, i7_kind, i9_kind;
+  rt_contract_pkg::triangle_index_t i1_first;
+  logic                             i6_instance_known, i9_enters;
 
   // --- I2: which reference ---
   logic                             i2_resolved_q;
@@ -209,16 +241,17 @@ module rt_reference_unit #(
   status_t                          i6_event_q, i6_event;
   logic [EntryBits-1:0]             i6_index_q;
   rt_contract_pkg::triangle_index_t i6_after_q;
-  logic                             i6_known, i6_look;
+  logic                             i6_known, i6_in_mail, i6_look;
   logic                             i4_any, i5_any_q, i5_has_hit_q;
 
   always_comb begin
     i6_event = i6_event_q;
     if (i6_killed_q) i6_event = rt_core_pkg::EventFinish;
-    else if (i6_event_q == rt_core_pkg::EventGoOn && i6_index_q >= view_i.triangle_count) begin
+    else if (i6_event_q == rt_core_pkg::EventGoOn && i6_index_q >= (i6_kind.instances ? view_i.instance_count : view_i.triangle_count)) begin
       i6_event = status_t'(rt_contract_pkg::StatusBadIndex);
     end
   end
+  assign i6_known = i6_kind.instances ? i6_instance_known : i6_in_mail;
   assign i6_look = stage_valid[6] && i6_event == rt_core_pkg::EventGoOn && !i6_known;
 
   // --- I7, I8: on the way; the ray is there in I8 ---
@@ -231,17 +264,19 @@ module rt_reference_unit #(
   logic                              i9_known_q, i9_final_q, i9_send, i9_done, i9_last, i9_replay;
   status_t                           i9_event_q;
   rt_contract_pkg::triangle_index_t  i9_index_q, i9_after_q;
+  logic [RecordBits-1:0]             i9_record;
   rt_contract_pkg::triangle_record_t i9_triangle;
+  assign i9_triangle = i9_record[rt_contract_pkg::TriangleUsedBits-1:0];
   rt_core_pkg::test_ray_t            i9_ray_q;
 
   rt_cache #(
       .Lines       (Config.triangle_lines),
       .Ways        (Config.ways),
-      .KeyBits     (rt_contract_pkg::TriangleIndexBits),
+      .KeyBits     (RecordKeyBits),
       .DataBits    (DataBits),
-      .WordBits    (TriangleBits),
+      .WordBits    (RecordBits),
       .WordsPerLine(1),
-      .ReadBeats   (rt_core_pkg::read_bytes(TriangleBits / 8, Config.granule_bytes) * 8 / DataBits),
+      .ReadBeats   (rt_core_pkg::read_bytes(RecordBits / 8, Config.granule_bytes) * 8 / DataBits),
       .Mshrs       (Config.mshrs),
       .Waiters     (Contexts)
   ) u_triangle (
@@ -251,12 +286,12 @@ module rt_reference_unit #(
       .flushing_o   (triangle_flushing),
       .keep_i       (hold_i),
       .req_valid_i  (i6_look),
-      .req_key_i    (i6_index_q[23:0]),
+      .req_key_i    (RecordKeyBits'({i6_kind.instances, i6_index_q[23:0]})),
       .req_word_i   (1'b0),
       .req_waiter_i (stage_context[6]),
       .rsp_valid_o  (i9_look),
       .rsp_hit_o    (i9_hit),
-      .rsp_data_o   (i9_triangle),
+      .rsp_data_o   (i9_record),
       .wake_valid_o (wake_valid[FromTriangle]),
       .wake_ready_i (wake_ready[FromTriangle]),
       .wake_waiter_o(wake_context[FromTriangle]),
@@ -274,18 +309,19 @@ module rt_reference_unit #(
       .idle_o       (triangle_idle)
   );
   rt_core_pkg::test_axis_t [rt_core_pkg::Axes-1:0] i8_axes;
+  localparam int unsigned RayBits = $clog2(Levels * Contexts);
   rt_ray_ram #(
-      .Contexts(Contexts),
+      .Contexts(Levels * Contexts),
       .axis_t  (rt_core_pkg::test_axis_t)
   ) u_ray (
       .clk_i,
       .rst_ni,
       .write_en_i     (axis_valid_i),
-      .write_context_i(ray_context_i),
+      .write_context_i(RayBits'({axis_level_i, ray_context_i})),
       .write_axis_i   (axis_number_i),
       .write_data_i   (axis_i),
       .read_en_i      (stage_valid[7]),
-      .read_context_i (stage_context[7]),
+      .read_context_i (RayBits'({i7_kind.level, stage_context[7]})),
       .read_data_o    (i8_axes)
   );
   // What is noted of a reference is noted a clock later.
@@ -333,9 +369,10 @@ module rt_reference_unit #(
   assign i9_valid  = stage_valid[9] && !i9_missed;
   assign i9_missed = stage_valid[9] && i9_look && !i9_hit;
   assign i9_last   = i9_event_q != rt_core_pkg::EventGoOn || i9_final_q;
-  // A skipped reference in the middle of a leaf sends nothing.
-  assign i9_send   = i9_valid && (!i9_known_q || i9_last);
-  assign i9_replay = i9_send && !out_ready_i;
+  // A skipped reference in the middle of a leaf sends nothing, and one that enters an object nothing to the test.
+  assign i9_enters = i9_kind.instances && i9_event_q == rt_core_pkg::EventGoOn && !i9_known_q;
+  assign i9_send   = i9_valid && !i9_enters && (!i9_known_q || i9_last);
+  assign i9_replay = (i9_send && !out_ready_i) || (i9_valid && i9_enters && !enter_ready_i);
   assign i9_done   = i9_valid && !i9_replay;
 
   always_comb begin
@@ -354,7 +391,7 @@ module rt_reference_unit #(
   end
   assign out_valid_o   = i9_send && out_ready_i;
   assign out_context_o = stage_context[9];
-  assign out_test_o    = i9_event_q == rt_core_pkg::EventGoOn && !i9_known_q;
+  assign out_test_o    = i9_event_q == rt_core_pkg::EventGoOn && !i9_known_q && !i9_enters;
   assign out_last_o    = i9_last;
   assign out_event_o   = i9_event_q;
 
@@ -399,9 +436,9 @@ module rt_reference_unit #(
     // Entries are written one after the other, the oldest again when all are used.
     logic [Config.mail_entries-1:0] same;
     always_comb begin
-      i6_known = 1'b0;
+      i6_in_mail = 1'b0;
       for (int unsigned i = 0; i < Config.mail_entries; i++) begin
-        if (mailbox_i && same[i] && (i6_mail_q.full || i6_mail_q.at > MailBits'(i))) i6_known = 1'b1;
+        if (mailbox_i && same[i] && (i6_mail_q.full || i6_mail_q.at > MailBits'(i))) i6_in_mail = 1'b1;
       end
     end
     for (genvar i = 0; i < int'(Config.mail_entries); i++) begin : gen_entry
@@ -423,7 +460,192 @@ module rt_reference_unit #(
       assign same[i] = 32'(i6_stored_q) == i6_index_q;
     end
   end else begin : gen_no_mailbox
-    assign i6_known = 1'b0;
+    assign i6_in_mail = 1'b0;
+  end
+
+  // --- instances ---
+  if (Levels > 1) begin : gen_instances
+    localparam int unsigned InstanceMails = 4;
+    localparam int unsigned AtBits = $clog2(InstanceMails);
+    typedef struct packed {
+      logic              full;
+      logic [AtBits-1:0] at;
+    } instance_mail_t;
+    kind_t                                              i1_kind, i2_kind_q, i3_kind_q, i4_kind_q, i5_kind_q, i6_kind_q, i7_kind_q, i8_kind_q, i9_kind_q;
+    logic [Contexts-1:0]                                unmet_q;  // the ray has met no instance
+    logic                                               i5_unmet_q, i6_has_hit_q, i7_plus_q, done_enters_q;
+    instance_mail_t                                     i5_mail, i6_at_q, i7_at_q, i8_at_q, i9_at_q, done_at_q;
+    logic [InstanceMails-1:0]                           same;
+    rt_core_pkg::found_t                                i5_found, i6_found_q;
+    rt_contract_pkg::t_limit_t                          i5_t_max, i6_t_max_q, i7_t_q;
+    rt_contract_pkg::t_reach_t                          i8_reach_q, i9_reach_q;
+    logic [31:0]                                        i8_steps, i9_steps_q;
+    rt_contract_pkg::instance_record_t                  i9_instance;
+    // Of the leaf.
+    rt_ram_lut #(
+        .Depth (Contexts),
+        .data_t(kind_t)
+    ) u_kind (
+        .clk_i,
+        .rst_ni,
+        .write_en_i  (kept_valid_q),
+        .write_addr_i(kept_context_q),
+        .write_data_i('{level: kept_q.level, instances: kept_q.instances}),
+        .read_addr_i (stage_context[1]),
+        .read_data_o (i1_kind)
+    );
+    rt_ram_sdp #(
+        .Depth (Contexts),
+        .data_t(rt_contract_pkg::triangle_index_t)
+    ) u_first (
+        .clk_i,
+        .rst_ni,
+        .write_en_i  (kept_valid_q),
+        .write_addr_i(kept_context_q),
+        .write_data_i(kept_q.first),
+        .read_en_i   (stage_valid[0]),
+        .read_addr_i (stage_context[0]),
+        .read_data_o (i1_first)
+    );
+    rt_ram_sdp #(
+        .Depth (Contexts),
+        .data_t(logic [31:0])
+    ) u_steps (
+        .clk_i,
+        .rst_ni,
+        .write_en_i  (kept_valid_q),
+        .write_addr_i(kept_context_q),
+        .write_data_i(kept_q.steps),
+        .read_en_i   (stage_valid[7]),
+        .read_addr_i (stage_context[7]),
+        .read_data_o (i8_steps)
+    );
+    // Of the ray: how far it goes, its best hit, the instances that it has met.
+    rt_ram_sdp #(
+        .Depth (Contexts),
+        .data_t(rt_contract_pkg::t_limit_t)
+    ) u_t_max (
+        .clk_i,
+        .rst_ni,
+        .write_en_i  (ray_valid_i),
+        .write_addr_i(ray_context_i),
+        .write_data_i(ray_t_max_i),
+        .read_en_i   (stage_valid[4]),
+        .read_addr_i (stage_context[4]),
+        .read_data_o (i5_t_max)
+    );
+    rt_ram_sdp #(
+        .Depth (Contexts),
+        .data_t(rt_core_pkg::found_t)
+    ) u_found (
+        .clk_i,
+        .rst_ni,
+        .write_en_i  (found_valid_i),
+        .write_addr_i(found_context_i),
+        .write_data_i(found_i),
+        .read_en_i   (stage_valid[4]),
+        .read_addr_i (stage_context[4]),
+        .read_data_o (i5_found)
+    );
+    rt_ram_sdp #(
+        .Depth (Contexts),
+        .data_t(instance_mail_t)
+    ) u_at (
+        .clk_i,
+        .rst_ni,
+        .write_en_i  (done_q && done_enters_q),
+        .write_addr_i(done_context_q),
+        .write_data_i('{full: done_at_q.full || done_at_q.at == '1, at: done_at_q.at + 1'b1}),
+        .read_en_i   (stage_valid[4]),
+        .read_addr_i (stage_context[4]),
+        .read_data_o (i5_mail)
+    );
+    for (genvar i = 0; i < int'(InstanceMails); i++) begin : gen_mail
+      rt_contract_pkg::triangle_index_t i5_stored, i6_stored_q;
+      rt_ram_sdp #(
+          .Depth (Contexts),
+          .data_t(rt_contract_pkg::triangle_index_t)
+      ) u_mail (
+          .clk_i,
+          .rst_ni,
+          .write_en_i  (done_q && done_enters_q && done_at_q.at == AtBits'(i)),
+          .write_addr_i(done_context_q),
+          .write_data_i(done_index_q),
+          .read_en_i   (stage_valid[4]),
+          .read_addr_i (stage_context[4]),
+          .read_data_o (i5_stored)
+      );
+      always_ff @(posedge clk_i) i6_stored_q <= i5_stored;
+      assign same[i] = i6_stored_q == i6_index_q[23:0];
+    end
+    always_comb begin
+      i6_instance_known = i6_has_hit_q && i6_found_q.number == i6_index_q[23:0];
+      for (int unsigned i = 0; i < InstanceMails; i++) begin
+        if (Config.mail_entries > 0 && mailbox_i && same[i] && (i6_at_q.full || i6_at_q.at > AtBits'(i))) i6_instance_known = 1'b1;
+      end
+    end
+    always_ff @(posedge clk_i) begin
+      if (done_q && done_enters_q) unmet_q[done_context_q] <= 1'b0;
+      if (ray_valid_i) unmet_q[ray_context_i] <= 1'b1;
+      i5_unmet_q   <= unmet_q[stage_context[4]];
+      i2_kind_q    <= i1_kind;
+      i3_kind_q    <= i2_kind_q;
+      i4_kind_q    <= i3_kind_q;
+      i5_kind_q    <= i4_kind_q;
+      i6_kind_q    <= i5_kind_q;
+      i7_kind_q    <= i6_kind_q;
+      i8_kind_q    <= i7_kind_q;
+      i9_kind_q    <= i8_kind_q;
+      i6_at_q      <= i5_unmet_q ? '0 : i5_mail;
+      i7_at_q      <= i6_at_q;
+      i8_at_q      <= i7_at_q;
+      i9_at_q      <= i8_at_q;
+      done_at_q    <= i9_at_q;
+      done_enters_q <= i9_enters;
+      i6_has_hit_q <= i5_has_hit_q;
+      i6_found_q   <= i5_found;
+      i6_t_max_q   <= i5_t_max;
+      // At the same t an instance with a lower number wins.
+      i7_plus_q    <= !i6_has_hit_q || i6_index_q[23:0] < i6_found_q.number;
+      i7_t_q       <= i6_has_hit_q ? i6_found_q.t : i6_t_max_q;
+      i8_reach_q   <= rt_contract_pkg::t_reach_t'(i7_t_q) + rt_contract_pkg::t_reach_t'(i7_plus_q);
+      i9_reach_q   <= i8_reach_q;
+      i9_steps_q   <= i8_steps + 32'(i8_after_q);
+    end
+    assign i6_kind     = i6_kind_q;
+    assign i7_kind     = i7_kind_q;
+    assign i9_kind     = i9_kind_q;
+    assign i9_instance = i9_record;
+    always_comb begin
+      enter_data_o           = '0;
+      enter_data_o.m         = i9_instance.m;
+      enter_data_o.b         = i9_instance.b;
+      enter_data_o.e         = i9_instance.e;
+      enter_data_o.box       = i9_instance.box;
+      enter_data_o.origin    = i9_ray_q.origin;
+      enter_data_o.direction = i9_ray_q.direction;
+      enter_data_o.reach     = i9_reach_q;
+      enter_o = '{
+          last: i9_final_q,
+          next: i9_after_q,
+          steps: i9_steps_q,
+          number: i9_index_q,
+          first_id: i9_instance.first_id,
+          root: i9_instance.root
+      };
+    end
+    assign enter_valid_o   = i9_valid && i9_enters && enter_ready_i;
+    assign enter_context_o = stage_context[9];
+  end else begin : gen_no_instances
+    assign i6_kind           = '0;
+    assign i7_kind           = '0;
+    assign i9_kind           = '0;
+    assign i1_first          = '0;
+    assign i6_instance_known = 1'b0;
+    assign enter_valid_o     = 1'b0;
+    assign enter_data_o      = '0;
+    assign enter_context_o   = '0;
+    assign enter_o           = '0;
   end
 
   always_ff @(posedge clk_i) begin
@@ -431,11 +653,12 @@ module rt_reference_unit #(
     if (in_valid_i) first_q[in_context_i] <= 1'b1;
     if (done_q) fresh_q[done_context_q] <= 1'b0;
     if (ray_valid_i) fresh_q[ray_context_i] <= 1'b1;
+    if (Levels > 1 && entered_valid_i) fresh_q[entered_context_i] <= 1'b1;
     i1_first_q       <= first_q[stage_context[0]];
     i1_fresh_q       <= fresh_q[stage_context[0]];
     i1_resolved_q    <= resolved_q[stage_context[0]];
     i2_resolved_q    <= i1_resolved_q;
-    i2_next_q        <= i1_first_q ? '0 : i1_stored.next;
+    i2_next_q        <= i1_first_q ? i1_first : i1_stored.next;
     i2_mail_q        <= i1_fresh_q ? '0 : i1_stored.mail;
     i2_known_index_q <= i1_resolved;
     i2_refs_q        <= i1_refs;
@@ -519,10 +742,10 @@ module rt_reference_unit #(
       .clk_i,
       .rst_ni,
       .hold_i,
-      .go_i           (out_ready_i),
+      .go_i           (out_ready_i && (Levels == 1 || enter_ready_i)),
       .empty_o,
-      .push_valid_i   (in_valid_i),
-      .push_context_i (in_context_i),
+      .push_valid_i   (in_valid_i || (Levels > 1 && next_valid_i)),
+      .push_context_i (in_valid_i || Levels == 1 ? in_context_i : next_context_i),
       .wake_valid_i   (wake_valid),
       .wake_ready_o   (wake_ready),
       .wake_context_i (wake_context),
@@ -532,9 +755,10 @@ module rt_reference_unit #(
       .stage_error_o  (stage_error),
       .park_i         (park),
       .retry_i        (i9_replay),
-      .again_i        (i9_done && !i9_last),
+      .again_i        (i9_done && !i9_last && !i9_enters),
       .idle_o         (pipe_idle)
   );
+  assign next_ready_o = Levels > 1 && !in_valid_i;
   always_comb begin
     park    = '0;
     park[5] = i5_list_look && !i5_list_hit;

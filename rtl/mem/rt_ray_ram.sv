@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays of the contexts of a unit: written axis by axis, read whole.
 //
+// Banks       A configuration of two levels keeps two rays a context: Contexts are then {level, context}.
 // Latency     1, as rt_ram_sdp, of which it is one for each axis; so are collisions and contents.
 `include "rt_assert.svh"
 module rt_ray_ram #(

@@ -45,6 +45,20 @@ package rt_core_pkg;
     rt_contract_pkg::hit_record_t hit;
   } tagged_hit_t;
 
+  // Pixels in flight where rays and pixels are made on the chip: a slot each, and what a depth needs of the ray. A tag is {slot, pixel}.
+  localparam int unsigned PixelSlotBits = TagBits - rt_contract_pkg::PixelIndexBits;
+  localparam int unsigned PixelSlots = 1 << PixelSlotBits;
+  typedef logic [PixelSlotBits-1:0] pixel_slot_t;
+  typedef struct packed {
+    rt_contract_pkg::entry_start_t start;
+    rt_contract_pkg::entry_scale_t scale;
+  } pixel_place_t;
+  // A pixel on its way to memory: its number, and 32 bits or 64.
+  typedef struct packed {
+    ray_tag_t    tag;
+    logic [63:0] data;
+  } pixel_t;
+
   // What a run is given; constant while it lasts.
   typedef struct packed {
     logic [AddrBits-1:0] image_base;  // a multiple of 64
@@ -53,6 +67,7 @@ package rt_core_pkg;
     logic                use_mailbox;
     logic                own_step_limit;
     logic [31:0]         step_limit;
+    logic                any_origin;  // rays come from rt_raster: origins may lie outside of the root box
   } run_t;
   // What the core says of it. Faults are sticky until the next start.
   typedef struct packed {
@@ -134,8 +149,17 @@ package rt_core_pkg;
     rt_contract_pkg::t_limit_t t_max;
   } ray_info_t;
 
+  // The tree that a context walks. All 0 in a configuration of one level.
+  typedef struct packed {
+    logic                         level;    // 1 in an object
+    logic                         fresh;    // no leaf of the object has been reached yet
+    logic                         resumes;  // back from an object: `node` is the leaf that sent it there
+    rt_contract_pkg::pair_index_t root;     // the tree's root is the left half of this pair
+  } tree_t;
+
   // Where a context goes on in its lane.
   typedef struct packed {
+    tree_t                        tree;
     rt_contract_pkg::position_t   plane;   // of the exit face, on the way up
     rt_contract_pkg::face_t       face;
     rt_contract_pkg::t_t          t;
@@ -153,7 +177,10 @@ package rt_core_pkg;
     leaf_size_t                   size;
     rt_contract_pkg::node_index_t node;
     rt_contract_pkg::t_t          t;
-    logic [31:0]                  steps;
+    logic [31:0]                  steps;       // with this one; where a climb has ended, without
+    logic                         level;       // as launched (tree_t)
+    logic                         fresh;
+    logic                         resumes;
   } arrival_t;
 
   // How a leaf is left, as far as it is known before the tests.
@@ -167,14 +194,49 @@ package rt_core_pkg;
 
   // References of a leaf.
   typedef struct packed {
-    logic [31:0]                                                          steps;  // before the first test
+    logic                                                                 level;      // 1 in an object
+    logic                                                                 instances;  // numbers of instance records
+    rt_contract_pkg::triangle_index_t                                     first;      // those before it are done
+    logic [31:0]                                                          steps;      // before the one with number 0
     rt_contract_pkg::list_index_t                                         list_base;
     rt_contract_pkg::triangle_index_t                                     count;
     rt_contract_pkg::triangle_index_t [rt_contract_pkg::LeafInline-1:0]   refs;
   } references_t;
 
+  // The best hit of a ray, as far as entries depend on it. A hit outside of all instances leaves the number as it was.
+  typedef struct packed {
+    rt_contract_pkg::t_limit_t        t;
+    rt_contract_pkg::triangle_index_t number;  // of its instance
+  } found_t;
+
+  // A context that enters an object: what its way back and its hits depend on.
+  typedef struct packed {
+    rt_contract_pkg::t_limit_t        t_max;     // of the object's ray
+    rt_contract_pkg::triangle_index_t number;    // of the instance
+    rt_contract_pkg::triangle_id_t    first_id;
+    rt_contract_pkg::entry_scale_t    scale;
+    rt_contract_pkg::entry_start_t    start;
+    rt_contract_pkg::pair_index_t     root;
+  } entered_t;
+  // Where it comes back to.
+  typedef struct packed {
+    rt_contract_pkg::node_index_t node;
+    rt_contract_pkg::t_t          t;
+  } saved_t;
+  // And the leaf that it comes from, as rt_entry passes it on.
+  typedef struct packed {
+    logic                             last;      // no reference is left in the leaf
+    rt_contract_pkg::triangle_index_t next;      // references done, with this one
+    logic [31:0]                      steps;     // with this one
+    rt_contract_pkg::triangle_index_t number;
+    rt_contract_pkg::triangle_id_t    first_id;
+    rt_contract_pkg::pair_index_t     root;
+  } entry_t;
+
   // The header, as far as the walk needs it.
   typedef struct packed {
+    logic [AddrBits-1:0]              instance_base;
+    logic [31:0]                      instance_count;  // 0 in an image of one level
     logic [AddrBits-1:0]              pair_base;
     logic [AddrBits-1:0]              leaf_base;
     logic [AddrBits-1:0]              list_base;

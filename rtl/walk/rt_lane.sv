@@ -12,10 +12,13 @@
 //             stages wait meanwhile, as there is one memory of states.
 // Statuses    As hls/top/trace.cpp orders them: step limit, then index, then what was read. A context's limit and index are checked before its
 //             state is written, so that nothing but the look-up stands behind reading it.
+// Two levels  A launch names the tree: the ray of its level is read, a climb ends at its root, and a context that is back from an object must find the
+//             leaf that it left.
 // Counterpart step_down, step_up in hls/top/trace.cpp. Source: Lee 2007, section 3.
 `include "rt_assert.svh"
 module rt_lane #(
     parameter rt_config_pkg::config_t Config = rt_config_pkg::ConfigEcp5,
+    localparam int unsigned Levels = Config.levels,
     localparam int unsigned Contexts = Config.contexts_per_lane,
     localparam int unsigned ContextBits = $clog2(Contexts)
 ) (
@@ -28,6 +31,7 @@ module rt_lane #(
     input  logic                               axis_valid_i,
     input  logic [ContextBits-1:0]             axis_context_i,
     input  logic [1:0]                         axis_number_i,
+    input  logic                               axis_level_i,
     input  rt_core_pkg::walk_axis_t            axis_i,
     // Where a context goes on.
     input  logic                               launch_valid_i,
@@ -87,6 +91,7 @@ module rt_lane #(
     logic                         at_limit;
     logic                         child_beyond;
     logic                         grandparent_beyond;
+    logic                         at_root;  // `parent` is the root of an object's tree, or of the only one
     rt_contract_pkg::node_index_t grandparent;
   } backtrack_tag_t;
 
@@ -166,6 +171,8 @@ module rt_lane #(
   rt_contract_pkg::pair_index_t      s5_child;
   logic [31:0]                       s4_steps_q, s5_steps_q;  // with this one
   rt_core_pkg::leaf_size_t           s5_size;
+  rt_core_pkg::tree_t                s3_tree_q, s5_tree_q;
+  logic                              s5_at_root_q, s5_ended;
   logic                              s5_at_limit_q, s5_child_beyond, s5_grandparent_beyond;
 
   // Without a look-up there is an event; after a miss the cache has the context.
@@ -183,7 +190,8 @@ module rt_lane #(
   assign s5_child_beyond       = is_beyond(s5_child, view_i.pair_count);
   assign s5_grandparent_beyond = is_beyond(s5_pair_q.parent[23:1], view_i.pair_count);
   assign s5_at_leaf = s5_axis == rt_contract_pkg::AxisLeaf;
-  assign s5_out     = s5_valid && (s5_event_q != rt_core_pkg::EventGoOn || (!s5_state_q.up && s5_at_leaf));
+  assign s5_ended   = s5_event_q != rt_core_pkg::EventGoOn;
+  assign s5_out     = s5_valid && (s5_ended || (!s5_state_q.up && (s5_at_leaf || s5_tree_q.resumes)));
   assign s5_up      = s5_valid && !s5_out && s5_state_q.up;
   assign s5_down    = s5_valid && !s5_out && !s5_state_q.up;
 
@@ -253,6 +261,7 @@ module rt_lane #(
           at_limit: s5_at_limit_q,
           child_beyond: s5_child_beyond,
           grandparent_beyond: s5_grandparent_beyond,
+          at_root: s5_at_root_q,
           grandparent: s5_pair_q.parent
       }),
       .out_valid_o(backtrack_valid),
@@ -274,6 +283,14 @@ module rt_lane #(
     out_in.arrival.node       = s5_state_q.node;
     out_in.arrival.t          = s5_segment_q.t;
     out_in.arrival.steps      = s5_steps_q;
+    out_in.arrival.level      = s5_tree_q.level;
+    out_in.arrival.fresh      = s5_tree_q.fresh;
+    out_in.arrival.resumes    = s5_tree_q.resumes;
+    if (Levels > 1) begin
+      // The memory has changed under the ray.
+      if (!s5_ended && !s5_at_leaf) out_in.arrival.event_code = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadRecord);
+      if (s5_event_q == rt_core_pkg::EventFinish) out_in.arrival.steps = s5_state_q.steps;
+    end
   end
   rt_queue #(
       .Depth (4),
@@ -316,7 +333,7 @@ module rt_lane #(
   always_comb begin
     backtrack_fault = rt_core_pkg::EventGoOn;
     if (backtrack_out.bad) backtrack_fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadRecord);
-    else if (backtrack_out.finished) backtrack_fault = rt_core_pkg::EventFinish;
+    else if (Levels > 1 ? !backtrack_out.matched && backtrack_tag.at_root : backtrack_out.finished) backtrack_fault = rt_core_pkg::EventFinish;
     state_context = descend_tag.ctx;
     state_write   = '{steps: descend_tag.steps, up: 1'b0, parent: '0, node: descend_out.node};
     goal_write    = '{event_code: event_of(rt_core_pkg::EventGoOn, descend_tag.at_limit, descend_tag.child_beyond), pair: descend_out.node[23:1]};
@@ -376,21 +393,50 @@ module rt_lane #(
       .read_addr_i (stage_context[3]),
       .read_data_o (s4_segment)
   );
+  // The object's ray beside the world's.
+  localparam int unsigned RayBits = $clog2(Levels * Contexts);
   rt_ray_ram #(
-      .Contexts(Contexts),
+      .Contexts(Levels * Contexts),
       .axis_t  (rt_core_pkg::walk_axis_t)
   ) u_ray (
       .clk_i,
       .rst_ni,
       .write_en_i     (axis_valid_i),
-      .write_context_i(axis_context_i),
+      .write_context_i(RayBits'({axis_level_i, axis_context_i})),
       .write_axis_i   (axis_number_i),
       .write_data_i   (axis_i),
       .read_en_i      (stage_valid[3]),
-      .read_context_i (stage_context[3]),
+      .read_context_i (RayBits'({s3_tree_q.level, stage_context[3]})),
       .read_data_o    (s4_axes)
   );
   assign s4_ray = rt_core_pkg::walk_ray_of(s4_axes);
+
+  // --- which tree; written by launches only ---
+  if (Levels > 1) begin : gen_tree
+    rt_core_pkg::tree_t s2_tree, s4_tree_q;
+    rt_ram_lut #(
+        .Depth (Contexts),
+        .data_t(rt_core_pkg::tree_t)
+    ) u_tree (
+        .clk_i,
+        .rst_ni,
+        .write_en_i  (launch_valid_i),
+        .write_addr_i(launch_context_i),
+        .write_data_i(launch_i.tree),
+        .read_addr_i (stage_context[2]),
+        .read_data_o (s2_tree)
+    );
+    always_ff @(posedge clk_i) begin
+      s3_tree_q    <= s2_tree;
+      s4_tree_q    <= s3_tree_q;
+      s5_tree_q    <= s4_tree_q;
+      s5_at_root_q <= s4_state_q.parent == {s4_tree_q.root, 1'b0};
+    end
+  end else begin : gen_one_tree
+    assign s3_tree_q    = '0;
+    assign s5_tree_q    = '0;
+    assign s5_at_root_q = 1'b0;
+  end
 
   always_ff @(posedge clk_i) begin
     s1_goal_q    <= s0_goal;

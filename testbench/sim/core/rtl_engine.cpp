@@ -34,7 +34,11 @@ class Simulation final : public RtlEngine {
       : image_(image),
         options_(options),
         device_({options.configuration, options.memory, options.waves, options.seed}),
-        driver_(device_) {}
+        driver_(device_) {
+    if (driver_.identity().levels < 2 && cosim::has_two_levels(image))
+      throw Error("rtl engine: the image has instances and the configuration '" + options.configuration +
+                  "' one level; saarcor has two");
+  }
 
   std::string name() const override { return "rtl"; }
   std::span<const std::uint64_t> raw_hits() const override { return raw_hits_; }
