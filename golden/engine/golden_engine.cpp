@@ -67,7 +67,7 @@ class Mailbox {
     used_ = std::min(used_ + 1, entries_);
     return false;
   }
-  static constexpr int kMaxEntries = 64;
+  static constexpr int kMaxEntries = kMaxMailbox;
 
  private:
   int entries_, used_ = 0, next_ = 0;

@@ -89,6 +89,9 @@ std::string engine_help();
 
 WayUp parse_way_up(const std::string& name);
 const char* to_string(WayUp way_up);
+/// Entries of the largest mailbox that an engine has (golden; the kernels have kKernelMailbox or none).
+inline constexpr int kMaxMailbox = 64;
+
 inline constexpr const char* kWayUpNames[] = {"stack", "parent", "face"};
 
 }  // namespace retrace

@@ -11,6 +11,7 @@
 
 #include "golden/compare/compare.hpp"
 #include "golden/engine/registry.hpp"
+#include "golden/gltf/gltf_loader.hpp"
 #include "golden/render/renderer.hpp"
 #include "golden/render/sampling.hpp"
 #include "golden/render/tonemap.hpp"
@@ -298,7 +299,7 @@ void run_compare(const CompareArguments& a, Program& program) {
   bool shadow = false, primary = false;
   for (const std::string& kind : a.rays) (kind == "shadow" ? shadow : primary) = true;
   OutputFiles files;
-  files.reads(a.scene);
+  files.reads(gltf_files(a.scene));
   OutputFile *picture = nullptr, *stats = nullptr;
   if (!a.output.empty()) {
     if (is_linear_format(a.output))
@@ -460,7 +461,7 @@ void add_compare(CLI::App& app, Program& program) {
   command->add_option("--way-up", a->way_up, "How a walk goes up the tree: stack (golden only), parent or face links")
       ->capture_default_str()
       ->check(CLI::IsMember({"stack", "parent", "face"}));
-  command->add_flag("--mailbox{8}", a->trace.mailbox, "Remember the last triangles tested (8 unless =N)");
+  add_mailbox(*command, a->trace.mailbox);
   command->add_option("--seed", a->seed, "Of the sample points")->capture_default_str();
   command->add_option("-o,--output", a->output, "Picture: what each engine sees, and where their primary rays differ")
       ->type_name("FILE");

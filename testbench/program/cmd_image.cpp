@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "golden/base/output_file.hpp"
+#include "golden/gltf/gltf_loader.hpp"
 #include "golden/tree/kd_builder.hpp"
 #include "testbench/program/commands.hpp"
 
@@ -125,7 +126,7 @@ void run_info(const InfoArguments& a, const Common& common) {
 
 void run_pack(const PackArguments& a, const Common& common) {
   OutputFiles files;
-  files.reads(a.scene);
+  files.reads(gltf_files(a.scene));
   OutputFile& file = files.add(a.output);
   const LoadedScene loaded = load_scene(a.scene, common, false);
   file.refer(loaded.image.file_bytes());

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <cstdio>
 
+#include "golden/base/options.hpp"
 #include "golden/engine/registry.hpp"
+#include "golden/gltf/gltf_loader.hpp"
 #include "testbench/program/commands.hpp"
 #include "testbench/program/progress.hpp"
 
@@ -118,7 +120,7 @@ void run_render(RenderArguments& a, const Common& common) {
   if (a.on_chip) return run_on_chip(a, common);
   if (a.animation) return run_animation(a, common);
   OutputFiles files;
-  files.reads(a.scene);
+  files.reads(gltf_files(a.scene));
   OutputFile& picture = files.add(output);
   std::vector<OutputFile*> aovs;
   for (const std::filesystem::path& path : aov_paths(a, output)) aovs.push_back(&files.add(path));
@@ -220,7 +222,7 @@ void add_render(CLI::App& app, Program& program) {
   command
       ->add_option("--ao-distance", a->options.ao_distance,
                    "Reach of ambient occlusion in scene units; default: a sixth of the scene")
-      ->check(CLI::PositiveNumber)
+      ->check(PositiveReal())
       ->type_name("LENGTH");
   command->add_option("--light-samples", a->options.light_samples, "Shadow rays to emissive surfaces a sample")
       ->capture_default_str()
@@ -243,8 +245,7 @@ void add_render(CLI::App& app, Program& program) {
           ->add_option("--way-up", a->way_up, "How a walk goes up the tree: stack (golden only), parent or face links")
           ->capture_default_str()
           ->check(CLI::IsMember({"stack", "parent", "face"}));
-  const CLI::Option* const mailbox =
-      command->add_flag("--mailbox{8}", a->options.trace.mailbox, "Remember the last triangles tested (8 unless =N)");
+  const CLI::Option* const mailbox = add_mailbox(*command, a->options.trace.mailbox);
   command->add_option("--seed", a->options.seed, "Of the sample points")->capture_default_str();
   command->add_option("--stats", a->stats, "Counters and times as JSON")->type_name("FILE");
   CLI::Option* animation = command->add_flag("--animation", a->animation,
@@ -255,14 +256,14 @@ void add_render(CLI::App& app, Program& program) {
   const auto moving = [&](CLI::Option* option) { option->needs(animation)->group(group); };
   moving(command->add_option("--fps", a->fps, "Frames a second")
              ->capture_default_str()
-             ->check(CLI::Range(0.001, 1000.0))
+             ->check(RealRange(0.001, 1000.0))
              ->type_name("N"));
   moving(command->add_option("--frames", a->frames, "Number of frames; default: to the end of the animation")
              ->check(CLI::Range(1, 100000))
              ->type_name("N"));
   moving(command->add_option("--start", a->start, "Time of the first frame")
              ->capture_default_str()
-             ->check(CLI::Range(0.0, 1e6))
+             ->check(RealRange(0.0, 1e6))
              ->type_name("SECONDS"));
   moving(command->add_option("--clip", a->clip, "Number of the animation in the file")
              ->capture_default_str()

@@ -237,7 +237,7 @@ void run_animation(RenderArguments& a, const Common& common) {
   const int frames = static_cast<int>(needed);
   const FrameNames names(output, frames);
   OutputFiles files;
-  files.reads(a.scene);
+  files.reads(gltf_files(a.scene));
   OutputFile* const stats = a.stats.empty() ? nullptr : &files.add(a.stats);
   // A video of what a screen shows: encoded colours only.
   const fs::path video = a.video.empty() ? names.video() : fs::path(a.video);

@@ -36,6 +36,12 @@ int check_printed(int exit_code) {
 
 }  // namespace
 
+CLI::Option* add_mailbox(CLI::App& command, int& entries) {
+  // A flag by itself would take the 8 of "8.5".
+  return command.add_flag("--mailbox{8}", entries, "Remember the last triangles tested (8 unless =N)")
+      ->check(CLI::Range(0, kMaxMailbox));
+}
+
 void add_common(CLI::App& command, Program& program) {
   command.add_option("--threads", program.common.threads, "Threads; default: all cores")
       ->check(CLI::Range(1, 4096))
