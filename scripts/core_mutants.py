@@ -74,7 +74,7 @@ MUTANTS = [
     ("a line is overwritten while it is read", "ray/rt_hit_sink.sv", "blocked    = @out_reading_q && out_place_q == place_q@;", "1'b0"),
     ("lines are not flushed", "ray/rt_hit_sink.sv", "leave          = @flush_i && !flushed_q && !in_valid_i && !free_place && leave_open@;", "1'b0"),
     ("done does not wait for the last answers", "ray/rt_hit_sink.sv", "empty_o   = @flushed_q && !order_valid@;", "flushed_q"),
-    ("a burst is as long as if it began the line", "ray/rt_hit_sink.sv", "(8'(last) - @8'(first)@", "8'd0"),
+    ("a burst is as long as if it began the line", "ray/rt_hit_sink.sv", "(8'(last_word_out) - @8'(first_word)@", "8'd0"),
     # Isolation, and the wires.
     ("a ray is launched beside a return", "core/rt_core.sv", "ray_ready      = @!return_valid_q@ &&", "1'b1"),
     ("an end is lost where the arbiter is busy", "core/rt_core.sv", "arrival_ready = @!arrival_ends || end_ready[EndArrival]@;", "1'b1"),

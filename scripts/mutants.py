@@ -24,6 +24,7 @@ STAGE = {name: ("rt_" + name, "rtl_stages_test", "*" + name) for name in
 LIB = ("tb_lib", "rtl_lib_test", "*")
 CACHES = ("tb_cache", "rtl_cache_test", "*")
 GENERATIONS = ("tb_generation", "rtl_generation_test", "*")
+PIXELS = ("tb_pixels", "rtl_pixels_test", "Pixels/Granule64.*")
 PARTS = ("tb_board", "board_units_test", "*")
 BOARD = ("rt_board", "board_test", "BoardLink.*")
 
@@ -116,6 +117,17 @@ MUTANTS = [
     ("the last of a list is not woken", "mem/rt_waiters.sv", "walk_q        <= walk_waiter_q != walk_last_q;", "walk_q        <= walk_next_waiter != walk_last_q;", CACHES),
     # Generations of contexts.
     ("no generation ever ends", "pipe/rt_generation.sv", "if (clock_q == '1) hold_q <= 1'b1;", "if (1'b0) hold_q <= 1'b1;", GENERATIONS),
+    # Rays from a camera, pixels from hits.
+    ("a pixel enters a half of the slots that is not empty", "ray/rt_raster.sv", "!first_of_half || unfinished_q[slot_q[SlotBits-1]] == '0;", "1'b1;", PIXELS),
+    ("a ray that leaves the box behind it is traced", "ray/rt_raster.sv", "signed'(entry.direction[a]) <= 0) passes = 1'b1;", "1'b0) passes = 1'b1;", PIXELS),
+    ("a tile is as wide as the frame", "ray/rt_raster.sv", "next_x_q == tile_right_q || next_x_q == frame_i.width", "next_x_q == frame_i.width", PIXELS),
+    ("a tile begins in the row where the one before ended", "ray/rt_raster.sv", "ends_band ? next_row_q : tile_row_q;", "next_row_q;", PIXELS),
+    ("the camera is done with samples on their way", "ray/rt_raster.sv", "state_q == Idle && inside_q == '0 &&", "state_q == Idle &&", PIXELS),
+    ("every triangle has the material of the one before", "ray/rt_shade.sv", "last_valid_d && last_id_d == in.id;", "last_valid_d;", PIXELS),
+    ("an error in a beat is forgotten", "ray/rt_shade.sv", "error_q <= fill_error && !fill_last;", "error_q <= 1'b0;", PIXELS),
+    ("a slot keeps the sum of its last pixel", "ray/rt_shade.sv", "store && !last ?", "store ?", PIXELS),
+    ("bright light wraps", "ray/rt_light.sv", "lit_sum[LitBits] ? '1 :", "1'b0 ? '1 :", PIXELS),
+    ("the back of a surface is dark", "ray/rt_light.sv", "sum_q < 0 ? (SumBits - 1)'(-sum_q)", "sum_q < 0 ? '0", PIXELS),
     # The board.
     ("a damaged frame is carried out", "board/rt_link_rx.sv", "good_o  <= crc_q == rt_board_pkg::CrcGood &&", "good_o  <=", BOARD),
     ("a repeated frame is carried out again", "board/rt_link.sv", "assign repeated = last_valid_q &&", "assign repeated = 1'b0 &&", BOARD),
@@ -139,8 +151,8 @@ MUTANTS = [
 
 SOURCES = rtl_packages()
 # Models that a test program has under another name or with parameters of its own, as CMake verilates them.
-PREFIX = {"rt_board": "Vrt_board_small"}
-PARAMETERS = {"rt_board": ["+define+RT_CONFIG=ConfigSmall", "-GDivisor=1024", "-GMemoryBytes=32768"]}
+PREFIX = {"tb_pixels": "Vtb_pixels_g64", "rt_board": "Vrt_board_small"}
+PARAMETERS = {"tb_pixels": ["-GDataBits=64", "-GGranuleBytes=64"], "rt_board": ["+define+RT_CONFIG=ConfigSmall", "-GDivisor=1024", "-GMemoryBytes=32768"]}
 
 
 CACHE = ["ccache"] if shutil.which("ccache") else []  # most of a large model is what it was

@@ -127,7 +127,7 @@ WorldTriangles flatten(const Scene& scene) {
   return out;
 }
 
-GridScene snap(const WorldTriangles& world) {
+GridScene snap(const WorldTriangles& world, double side) {
   const std::size_t count = world.vertices.size();
   const Bounds bounds = tbb::parallel_reduce(
       tbb::blocked_range<std::size_t>(0, count, 4096), Bounds{},
@@ -152,7 +152,7 @@ GridScene snap(const WorldTriangles& world) {
     const double half = std::max({reach.x, reach.y, reach.z});
     // One code is left beside the pad, so rounding cannot take the padded box out of [-1, 1]. Where the reciprocal
     // overflows, the scene is smaller than 2^-1000 of its units: it shrinks to a point, as it does when half is 0.
-    const double scale = (kOne - contract::kBoxPad - 1) / kOne / half;
+    const double scale = (kOne * side - contract::kBoxPad - 1) / kOne / half;
     out.transform.scale = std::isfinite(scale) ? scale : 1.0;
   }
 

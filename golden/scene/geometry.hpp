@@ -64,7 +64,7 @@ auto find_triangle(const Triangles& triangles, std::uint32_t id) {
 }
 
 /// Scales uniformly so that the padded box lies inside [-1, 1]^3 and rounds every vertex to the grid, ties up.
-/// With no triangle left the box is a small one about the centre.
-GridScene snap(const WorldTriangles& world);
+/// With no triangle left the box is a small one about the centre. `side`: half the side of the cube that is used, at most 1.
+GridScene snap(const WorldTriangles& world, double side = 1.0);
 
 }  // namespace retrace

@@ -30,6 +30,7 @@ module rt_core #(
     output rt_core_pkg::run_status_t      status_o,
     output logic                          rays_start_o,
     input  logic                          sources_done_i,
+    output rt_contract_pkg::position_t [5:0] box_o,  // of the image, from rays_start_o on
     output logic                          drained_o,
     input  logic                          sinks_done_i,
     input  logic                          ray_valid_i,
@@ -114,6 +115,11 @@ module rt_core #(
   end
 
   rt_core_pkg::image_view_t view;
+  // The box in which a ray has to begin.
+  rt_contract_pkg::position_t [5:0] launch_box;
+  localparam rt_contract_pkg::position_t LowestPosition = {1'b1, (rt_contract_pkg::PositionBits - 1)'(0)};
+  assign launch_box = run_i.any_origin ? {3{~LowestPosition, LowestPosition}} : view.box;
+  assign box_o      = view.box;
   logic                     flush;
   logic [2:0]               unit_flush, flushing;  // nodes, leaves, lists and triangles
   rt_copies #(
@@ -245,7 +251,7 @@ module rt_core #(
   ) u_launch (
       .clk_i,
       .rst_ni          (rst_n[ResetRays]),
-      .box_i           (view.box),
+      .box_i           (launch_box),
       .ray_valid_i     (ray_valid_i && rays_open),
       .ray_ready_o     (launch_ray_ready),
       .ray_i,
@@ -842,28 +848,31 @@ module rt_core #(
         request(view.triangle_base, {triangle_key, {rt_core_pkg::LineShift{1'b0}}}, TriangleBytes, rt_config_pkg::SourceTriangle, triangle_mshr);
   end
 
-  typedef struct packed {
-    test_tag_t                            tag;
-    rt_contract_pkg::tri_test_in_record_t data;
-  } test_t;
-  test_t entering;
-  logic  entering_valid, entering_ready;
-  rt_queue #(
-      .Depth (4),
-      .data_t(test_t)
-  ) u_tests (
-      .clk_i,
-      .rst_ni     (wires_rst_n),
-      .in_valid_i (test_valid),
-      .in_ready_o (test_ready),
-      .in_data_i  ('{tag: test_tag, data: test_data}),
-      .out_valid_o(entering_valid),
-      .out_ready_i(entering_ready),
-      .out_data_o (entering)
-  );
-
   // --- entries, and tests ---
+  logic tests_wait;
   if (Levels > 1) begin : gen_entry
+    // An entry goes before a test, so tests wait.
+    typedef struct packed {
+      test_tag_t                            tag;
+      rt_contract_pkg::tri_test_in_record_t data;
+    } test_t;
+    test_t entering;
+    logic  entering_valid, entering_ready;
+    rt_queue #(
+        .Depth (4),
+        .data_t(test_t)
+    ) u_tests (
+        .clk_i,
+        .rst_ni     (wires_rst_n),
+        .in_valid_i (test_valid),
+        .in_ready_o (test_ready),
+        .in_data_i  ('{tag: test_tag, data: test_data}),
+        .out_valid_o(entering_valid),
+        .out_ready_i(entering_ready),
+        .out_data_o (entering)
+    );
+    assign tests_wait = entering_valid;
+
     rt_core_pkg::entered_t            entry_entered;
     rt_contract_pkg::triangle_index_t entry_entered_next;
     logic                                       transform_entry, unit_ready, test_enters_unused;
@@ -959,19 +968,22 @@ module rt_core #(
     assign entered            = '0;
 
     rt_tri_test #(
-        .tag_t(test_tag_t)
+        .InputHops(1),
+        .Spare    (rt_stage_pkg::TestSpare),
+        .tag_t    (test_tag_t)
     ) u_tri_test (
         .clk_i,
         .rst_ni     (rst_n[ResetTests]),
-        .in_valid_i (entering_valid),
-        .in_ready_o (entering_ready),
-        .in_data_i  (entering.data),
-        .in_tag_i   (entering.tag),
+        .in_valid_i (test_valid),
+        .in_ready_o (test_ready),
+        .in_data_i  (test_data),
+        .in_tag_i   (test_tag),
         .out_valid_o(tri_valid),
         .out_ready_i(tri_ready),
         .out_data_o (tri_data),
         .out_tag_o  (tri_tag)
     );
+    assign tests_wait = test_valid;
   end
 
   // --- results ---
@@ -1120,7 +1132,7 @@ module rt_core #(
       .read_i      (read_o),
       .fill_i      (fill_i),
       .contexts_i  (32'(contexts_used)),
-      .idle_i      (lanes_idle == '1 && nodes_idle && leaves_idle && references_idle && !arrival_valid && !first_valid && !direct_valid && !tri_valid && !entering_valid && entry_idle),
+      .idle_i      (lanes_idle == '1 && nodes_idle && leaves_idle && references_idle && !arrival_valid && !first_valid && !direct_valid && !tri_valid && !tests_wait && entry_idle),
       .freed_i     (free_valid),
       .launched_i  (ray_go),
       .stalled_i   (hit_valid_o && !hit_ready_i),

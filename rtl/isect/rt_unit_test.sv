@@ -14,6 +14,7 @@
 `include "rt_assert.svh"
 module rt_unit_test #(
     parameter int unsigned RowsLatency = rt_stage_pkg::RowLatency,
+    parameter int unsigned Spare = 0,  // places for results beyond the round trip
     parameter type tag_t = logic [15:0]
 ) (
     input  logic                                  clk_i,
@@ -252,6 +253,7 @@ module rt_unit_test #(
   rt_pipe_ctrl #(
       .Latency (rt_stage_pkg::TriTestDepth + RowsMore),
       .Interval(rt_stage_pkg::TriTestInterval),
+      .Spare   (Spare),
       .tag_t   (pass_t),
       .data_t  (result_t)
   ) u_ctrl (

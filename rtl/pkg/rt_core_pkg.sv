@@ -45,6 +45,20 @@ package rt_core_pkg;
     rt_contract_pkg::hit_record_t hit;
   } tagged_hit_t;
 
+  // Pixels in flight where rays and pixels are made on the chip: a slot each, and what a depth needs of the ray. A tag is {slot, pixel}.
+  localparam int unsigned PixelSlotBits = TagBits - rt_contract_pkg::PixelIndexBits;
+  localparam int unsigned PixelSlots = 1 << PixelSlotBits;
+  typedef logic [PixelSlotBits-1:0] pixel_slot_t;
+  typedef struct packed {
+    rt_contract_pkg::entry_start_t start;
+    rt_contract_pkg::entry_scale_t scale;
+  } pixel_place_t;
+  // A pixel on its way to memory: its number, and 32 bits or 64.
+  typedef struct packed {
+    ray_tag_t    tag;
+    logic [63:0] data;
+  } pixel_t;
+
   // What a run is given; constant while it lasts.
   typedef struct packed {
     logic [AddrBits-1:0] image_base;  // a multiple of 64
@@ -53,6 +67,7 @@ package rt_core_pkg;
     logic                use_mailbox;
     logic                own_step_limit;
     logic [31:0]         step_limit;
+    logic                any_origin;  // rays come from rt_raster: origins may lie outside of the root box
   } run_t;
   // What the core says of it. Faults are sticky until the next start.
   typedef struct packed {

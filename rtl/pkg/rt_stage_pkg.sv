@@ -59,6 +59,8 @@ package rt_stage_pkg;
   localparam int unsigned TriTestDepth = TriFlip + rt_lib_pkg::div_latency(TriQuotBits, DivBitsPerStep);
   localparam int unsigned TriTestLatency = rt_lib_pkg::pipe_latency(TriTestDepth);
   localparam int unsigned TriTestInterval = 1;
+  // Places for results beyond the round trip of the core's tests, whose result unit also takes events of leaves. Up to 48 places cost nothing more.
+  localparam int unsigned TestSpare = 8;
   localparam int unsigned TriTestBlocks = (6 * 3 + 4) * ProductBlocks;
 
   // hit_finish: capture, room, shift, divide, saturate; v enters a clock after u.
@@ -96,5 +98,14 @@ package rt_stage_pkg;
 
   // rt_transform: a choice between the two, products, two levels of adders.
   localparam int unsigned TransformLatency = 1 + EnterMulLatency + 2;
+
+  // rt_light: n . l, its size, diffuse part, sum, root, components.
+  localparam int unsigned LightRootClocks = 4;
+  localparam int unsigned LightLit = rt_lib_pkg::mul_latency(rt_contract_pkg::NormalBits, rt_contract_pkg::NormalBits) + 2 +
+      rt_lib_pkg::mul_latency(2 * rt_contract_pkg::ShadeBits + 1, rt_contract_pkg::ShadeBits + 1) + 1;
+  localparam int unsigned LightRoot = LightLit + LightRootClocks;
+  localparam int unsigned LightDepth = LightRoot + rt_lib_pkg::mul_latency(rt_contract_pkg::ShadeBits + 1, rt_contract_pkg::ShadeBits + 2);
+  localparam int unsigned LightLatency = rt_lib_pkg::pipe_latency(LightDepth);
+  localparam int unsigned LightBlocks = 3 + 1 + 3;
 
 endpackage

@@ -76,11 +76,13 @@ module rt_ray_source #(
   localparam int unsigned SettleBits = $clog2(Settle + 1);
   logic [SettleBits-1:0]            settle_q;
   logic [31:0]                      row_q, tile_q, tile_left_q, index_q, in_row_q, in_list_q;
+  logic [32:0]                      behind;  // rays of the list from index_q on; negative where there are none
   logic [rt_core_pkg::AddrBits-1:0] addr_q;
   logic [2:0]                       to_boundary, burst_q, total;
   logic                             skip;
   logic [TileBits:0]                in_tile_q;
   logic                             last_tile_q;
+  assign behind      = 33'(count_i) - 33'(index_q);
   assign to_boundary = RaysPerBurst > 1 ? 3'(RaysPerBurst) - 3'(addr_q[RayShift+:2]) : 3'd1;
   assign skip        = GranuleRays > 1 && addr_q[RayShift];
   assign total       = GranuleRays > 1 ? (burst_q + 3'(skip) + 3'd1) & 3'b110 : burst_q;
@@ -94,9 +96,9 @@ module rt_ray_source #(
     // 2
     index_q     <= tile_q + 32'(done_q);
     in_row_q    <= tile_left_q - 32'(done_q);
-    last_tile_q <= row_q != '0 && tile_left_q <= 32'(TileWidth);
+    last_tile_q <= row_q != '0 && (tile_left_q[31:TileBits] == '0 || tile_left_q == 32'(TileWidth));
     // 3
-    in_list_q <= index_q < count_i ? count_i - index_q : '0;
+    in_list_q <= behind[32] ? '0 : behind[31:0];
     addr_q    <= base_i + rt_core_pkg::AddrBits'({index_q, RayShift'(0)});
     // 4
     burst_q <= smallest(to_boundary, in_tile_q, in_row_q, in_list_q);
@@ -104,8 +106,8 @@ module rt_ray_source #(
   function automatic logic [2:0] smallest(logic [2:0] boundary, logic [TileBits:0] tile, logic [31:0] image_row, logic [31:0] list);
     smallest = boundary;
     if ((TileBits + 1)'(smallest) > tile) smallest = tile[2:0];
-    if (32'(smallest) > image_row) smallest = image_row[2:0];
-    if (32'(smallest) > list) smallest = list[2:0];
+    if (image_row[31:3] == '0 && smallest > image_row[2:0]) smallest = image_row[2:0];
+    if (list[31:3] == '0 && smallest > list[2:0]) smallest = list[2:0];
   endfunction
 
   assign fetch_open = settle_q == '0 && left_q != '0 && room_q >= RoomBits'(RaysPerBurst) && order_room && (!fetch_valid_q || fetch_ready_i);
@@ -226,7 +228,7 @@ module rt_ray_source #(
     end
     if (gathered_q) begin
       ray_valid_q  <= wanted;
-      ray_index_q  <= order.index + 32'(ray_number_q) - 32'(order.skip);
+      ray_index_q  <= order.index + 32'(3'(ray_number_q - 3'(order.skip)));  // of a wanted ray it is not negative
       ray_number_q <= burst_ends ? '0 : ray_number_q + 3'd1;
     end
     if (!rst_ni) begin

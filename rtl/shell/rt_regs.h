@@ -20,7 +20,7 @@ extern "C" {
 #define RT_REGS__VERSION__CORE_bm 0xff
 #define RT_REGS__VERSION__CORE_bp 0
 #define RT_REGS__VERSION__CORE_bw 8
-#define RT_REGS__VERSION__CORE_reset 0x3
+#define RT_REGS__VERSION__CORE_reset 0x4
 #define RT_REGS__VERSION__IMAGE_bm 0xff00
 #define RT_REGS__VERSION__IMAGE_bp 8
 #define RT_REGS__VERSION__IMAGE_bw 8
@@ -38,6 +38,11 @@ extern "C" {
 #define RT_REGS__BUILD__MAIL_ENTRIES_bm 0xfc000000
 #define RT_REGS__BUILD__MAIL_ENTRIES_bp 26
 #define RT_REGS__BUILD__MAIL_ENTRIES_bw 6
+
+// reg - rt_regs::features
+#define RT_REGS__FEATURES__PIXELS_bm 0x1
+#define RT_REGS__FEATURES__PIXELS_bp 0
+#define RT_REGS__FEATURES__PIXELS_bw 1
 
 // reg - rt_regs::control
 #define RT_REGS__CONTROL__START_bm 0x1
@@ -64,6 +69,10 @@ extern "C" {
 #define RT_REGS__CONTROL__OWN_STEP_LIMIT_bp 5
 #define RT_REGS__CONTROL__OWN_STEP_LIMIT_bw 1
 #define RT_REGS__CONTROL__OWN_STEP_LIMIT_reset 0x0
+#define RT_REGS__CONTROL__ON_CHIP_bm 0x40
+#define RT_REGS__CONTROL__ON_CHIP_bp 6
+#define RT_REGS__CONTROL__ON_CHIP_bw 1
+#define RT_REGS__CONTROL__ON_CHIP_reset 0x0
 
 // reg - rt_regs::status
 #define RT_REGS__STATUS__BUSY_bm 0x1
@@ -84,6 +93,18 @@ extern "C" {
 #define RT_REGS__STATUS__FIRST_FAULT_bm 0xf000
 #define RT_REGS__STATUS__FIRST_FAULT_bp 12
 #define RT_REGS__STATUS__FIRST_FAULT_bw 4
+#define RT_REGS__STATUS__FRONT_bm 0x10000
+#define RT_REGS__STATUS__FRONT_bp 16
+#define RT_REGS__STATUS__FRONT_bw 1
+#define RT_REGS__STATUS__FRAME_FAULT_bm 0x20000
+#define RT_REGS__STATUS__FRAME_FAULT_bp 17
+#define RT_REGS__STATUS__FRAME_FAULT_bw 1
+#define RT_REGS__STATUS__CAMERA_FAULT_bm 0x40000
+#define RT_REGS__STATUS__CAMERA_FAULT_bp 18
+#define RT_REGS__STATUS__CAMERA_FAULT_bw 1
+#define RT_REGS__STATUS__MATERIAL_FAULT_bm 0x80000
+#define RT_REGS__STATUS__MATERIAL_FAULT_bp 19
+#define RT_REGS__STATUS__MATERIAL_FAULT_bw 1
 
 // reg - rt_regs::fault_ray
 #define RT_REGS__FAULT_RAY__RAY_bm 0xffffffff
@@ -155,6 +176,25 @@ extern "C" {
 #define RT_REGS__STEP_LIMIT__VALUE_bw 32
 #define RT_REGS__STEP_LIMIT__VALUE_reset 0x0
 
+// reg - rt_regs::pictures::word
+#define RT_REGS__PICTURES__WORD__VALUE_bm 0xffffffff
+#define RT_REGS__PICTURES__WORD__VALUE_bp 0
+#define RT_REGS__PICTURES__WORD__VALUE_bw 32
+
+// regfile - rt_regs::pictures
+typedef struct __attribute__ ((__packed__)) {
+    uint32_t frame[8];
+    uint32_t material_base_lo;
+    uint32_t material_base_hi;
+    uint32_t material_count;
+    uint32_t reserved;
+    uint32_t frame_base_0_lo;
+    uint32_t frame_base_0_hi;
+    uint32_t frame_base_1_lo;
+    uint32_t frame_base_1_hi;
+    uint32_t camera[16];
+} rt_regs__pictures_t;
+
 // reg - rt_regs::counters::counter
 #define RT_REGS__COUNTERS__COUNTER__VALUE_bm 0xffffffff
 #define RT_REGS__COUNTERS__COUNTER__VALUE_bp 0
@@ -203,7 +243,7 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t id;
     uint32_t version;
     uint32_t build;
-    uint8_t RESERVED_c_f[0x4];
+    uint32_t features;
     uint32_t control;
     uint32_t status;
     uint32_t fault_ray;
@@ -219,7 +259,8 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t hit_base_lo;
     uint32_t hit_base_hi;
     uint32_t step_limit;
-    uint8_t RESERVED_4c_ff[0xb4];
+    uint8_t RESERVED_4c_7f[0x34];
+    rt_regs__pictures_t pictures;
     rt_regs__counters_t counters;
 } rt_regs_t;
 

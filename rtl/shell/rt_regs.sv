@@ -254,6 +254,7 @@ module rt_regs (
         logic id;
         logic version;
         logic build;
+        logic features;
         logic control;
         logic status;
         logic fault_ray;
@@ -268,6 +269,7 @@ module rt_regs (
         logic hit_base_lo;
         logic hit_base_hi;
         logic step_limit;
+        logic pictures;
         logic counters;
     } decoded_reg_strb_t;
     decoded_reg_strb_t decoded_reg_strb;
@@ -290,6 +292,7 @@ module rt_regs (
         decoded_reg_strb.id = cpuif_req_masked & (cpuif_addr == 9'h0) & !cpuif_req_is_wr;
         decoded_reg_strb.version = cpuif_req_masked & (cpuif_addr == 9'h4) & !cpuif_req_is_wr;
         decoded_reg_strb.build = cpuif_req_masked & (cpuif_addr == 9'h8) & !cpuif_req_is_wr;
+        decoded_reg_strb.features = cpuif_req_masked & (cpuif_addr == 9'hc) & !cpuif_req_is_wr;
         decoded_reg_strb.control = cpuif_req_masked & (cpuif_addr == 9'h10);
         decoded_reg_strb.status = cpuif_req_masked & (cpuif_addr == 9'h14) & !cpuif_req_is_wr;
         decoded_reg_strb.fault_ray = cpuif_req_masked & (cpuif_addr == 9'h18) & !cpuif_req_is_wr;
@@ -304,6 +307,9 @@ module rt_regs (
         decoded_reg_strb.hit_base_lo = cpuif_req_masked & (cpuif_addr == 9'h40);
         decoded_reg_strb.hit_base_hi = cpuif_req_masked & (cpuif_addr == 9'h44);
         decoded_reg_strb.step_limit = cpuif_req_masked & (cpuif_addr == 9'h48);
+        decoded_reg_strb.pictures = cpuif_req_masked & (cpuif_addr >= 9'h80) & (cpuif_addr <= 9'h80 + 9'h7f);
+        is_external |= cpuif_req_masked & (cpuif_addr >= 9'h80) & (cpuif_addr <= 9'h80 + 9'h7f);
+        is_valid_rw |= cpuif_req_masked & (cpuif_addr >= 9'h80) & (cpuif_addr <= 9'h80 + 9'h7f);
         decoded_reg_strb.counters = cpuif_req_masked & (cpuif_addr >= 9'h100) & (cpuif_addr <= 9'h100 + 9'h87);
         is_external |= cpuif_req_masked & (cpuif_addr >= 9'h100) & (cpuif_addr <= 9'h100 + 9'h87);
         is_valid_rw |= cpuif_req_masked & (cpuif_addr >= 9'h100) & (cpuif_addr <= 9'h100 + 9'h87);
@@ -363,6 +369,10 @@ module rt_regs (
                 logic next;
                 logic load_next;
             } own_step_limit;
+            struct {
+                logic next;
+                logic load_next;
+            } on_chip;
         } control;
         struct {
             struct {
@@ -447,6 +457,9 @@ module rt_regs (
             struct {
                 logic value;
             } own_step_limit;
+            struct {
+                logic value;
+            } on_chip;
         } control;
         struct {
             struct {
@@ -645,6 +658,29 @@ module rt_regs (
         end
     end
     assign hwif_out.control.own_step_limit.value = field_storage.control.own_step_limit.value;
+    // Field: rt_regs.control.on_chip
+    always_comb begin
+        automatic logic [0:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.control.on_chip.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.control && decoded_req_is_wr && hwif_in.control.on_chip.swwe) begin // SW write
+            next_c = (field_storage.control.on_chip.value & ~decoded_wr_biten[6:6]) | (decoded_wr_data[6:6] & decoded_wr_biten[6:6]);
+            load_next_c = '1;
+        end
+        field_combo.control.on_chip.next = next_c;
+        field_combo.control.on_chip.load_next = load_next_c;
+    end
+    always_ff @(posedge clk) begin
+        if(rst) begin
+            field_storage.control.on_chip.value <= 1'h0;
+        end else begin
+            if(field_combo.control.on_chip.load_next) begin
+                field_storage.control.on_chip.value <= field_combo.control.on_chip.next;
+            end
+        end
+    end
+    assign hwif_out.control.on_chip.value = field_storage.control.on_chip.value;
     // Field: rt_regs.image_base_lo.value
     always_comb begin
         automatic logic [31:0] next_c;
@@ -875,6 +911,12 @@ module rt_regs (
         end
     end
     assign hwif_out.step_limit.value.value = field_storage.step_limit.value.value;
+    // External region: rt_regs.pictures
+    assign hwif_out.pictures.req = decoded_reg_strb.pictures;
+    assign hwif_out.pictures.addr = decoded_addr[6:0];
+    assign hwif_out.pictures.req_is_wr = decoded_req_is_wr;
+    assign hwif_out.pictures.wr_data = decoded_wr_data;
+    assign hwif_out.pictures.wr_biten = decoded_wr_biten;
     // External region: rt_regs.counters
     assign hwif_out.counters.req = decoded_reg_strb.counters;
     assign hwif_out.counters.addr = decoded_addr[7:0];
@@ -888,6 +930,7 @@ module rt_regs (
     always_comb begin
         automatic logic wr_ack;
         wr_ack = '0;
+        wr_ack |= hwif_in.pictures.wr_ack;
         wr_ack |= hwif_in.counters.wr_ack;
         external_wr_ack = wr_ack;
     end
@@ -902,6 +945,7 @@ module rt_regs (
     always_comb begin
         automatic logic rd_ack;
         rd_ack = '0;
+        rd_ack |= hwif_in.pictures.rd_ack;
         rd_ack |= hwif_in.counters.rd_ack;
         readback_external_rd_ack_c = rd_ack;
     end
@@ -946,7 +990,7 @@ module rt_regs (
             readback_data_var[ad_hi(9'h0)][31:0] = 32'h52545243;
         end
         if(ad_low(rd_mux_addr) == ad_low(9'h4)) begin
-            readback_data_var[ad_hi(9'h4)][7:0] = 8'h3;
+            readback_data_var[ad_hi(9'h4)][7:0] = 8'h4;
             readback_data_var[ad_hi(9'h4)][15:8] = hwif_in.version.image.next;
         end
         if(ad_low(rd_mux_addr) == ad_low(9'h8)) begin
@@ -955,6 +999,9 @@ module rt_regs (
             readback_data_var[ad_hi(9'h8)][25:20] = hwif_in.build.data_bytes.next;
             readback_data_var[ad_hi(9'h8)][31:26] = hwif_in.build.mail_entries.next;
         end
+        if(ad_low(rd_mux_addr) == ad_low(9'hc)) begin
+            readback_data_var[ad_hi(9'hc)][0] = hwif_in.features.pixels.next;
+        end
         if(ad_low(rd_mux_addr) == ad_low(9'h10)) begin
             readback_data_var[ad_hi(9'h10)][0] = field_storage.control.start.value;
             readback_data_var[ad_hi(9'h10)][1] = field_storage.control.soft_reset.value;
@@ -962,6 +1009,7 @@ module rt_regs (
             readback_data_var[ad_hi(9'h10)][3] = field_storage.control.parent_links.value;
             readback_data_var[ad_hi(9'h10)][4] = field_storage.control.use_mailbox.value;
             readback_data_var[ad_hi(9'h10)][5] = field_storage.control.own_step_limit.value;
+            readback_data_var[ad_hi(9'h10)][6] = field_storage.control.on_chip.value;
         end
         if(ad_low(rd_mux_addr) == ad_low(9'h14)) begin
             readback_data_var[ad_hi(9'h14)][0] = hwif_in.status.busy.next;
@@ -970,6 +1018,10 @@ module rt_regs (
             readback_data_var[ad_hi(9'h14)][8] = hwif_in.status.ray_fault.next;
             readback_data_var[ad_hi(9'h14)][9] = hwif_in.status.write_fault.next;
             readback_data_var[ad_hi(9'h14)][15:12] = hwif_in.status.first_fault.next;
+            readback_data_var[ad_hi(9'h14)][16] = hwif_in.status.front.next;
+            readback_data_var[ad_hi(9'h14)][17] = hwif_in.status.frame_fault.next;
+            readback_data_var[ad_hi(9'h14)][18] = hwif_in.status.camera_fault.next;
+            readback_data_var[ad_hi(9'h14)][19] = hwif_in.status.material_fault.next;
         end
         if(ad_low(rd_mux_addr) == ad_low(9'h18)) begin
             readback_data_var[ad_hi(9'h18)][31:0] = hwif_in.fault_ray.ray.next;
@@ -1036,6 +1088,10 @@ module rt_regs (
         automatic logic is_external_block_var;
         readback_data_var = '0;
         is_external_block_var = '0;
+        if((rd_mux_addr >= 9'h80) && (rd_mux_addr <= 9'h80 + 9'h7f)) begin
+            readback_data_var = hwif_in.pictures.rd_data;
+            is_external_block_var = 1'b1;
+        end
         if((rd_mux_addr >= 9'h100) && (rd_mux_addr <= 9'h100 + 9'h87)) begin
             readback_data_var = hwif_in.counters.rd_data;
             is_external_block_var = 1'b1;

@@ -39,6 +39,14 @@ package rt_regs_pkg;
     } rt_regs__build__in_t;
 
     typedef struct {
+        logic next;
+    } rt_regs__features__pixels__in_t;
+
+    typedef struct {
+        rt_regs__features__pixels__in_t pixels;
+    } rt_regs__features__in_t;
+
+    typedef struct {
         logic swwe;
     } rt_regs__control__parent_links__in_t;
 
@@ -51,9 +59,14 @@ package rt_regs_pkg;
     } rt_regs__control__own_step_limit__in_t;
 
     typedef struct {
+        logic swwe;
+    } rt_regs__control__on_chip__in_t;
+
+    typedef struct {
         rt_regs__control__parent_links__in_t parent_links;
         rt_regs__control__use_mailbox__in_t use_mailbox;
         rt_regs__control__own_step_limit__in_t own_step_limit;
+        rt_regs__control__on_chip__in_t on_chip;
     } rt_regs__control__in_t;
 
     typedef struct {
@@ -81,12 +94,32 @@ package rt_regs_pkg;
     } rt_regs__status__first_fault__in_t;
 
     typedef struct {
+        logic next;
+    } rt_regs__status__front__in_t;
+
+    typedef struct {
+        logic next;
+    } rt_regs__status__frame_fault__in_t;
+
+    typedef struct {
+        logic next;
+    } rt_regs__status__camera_fault__in_t;
+
+    typedef struct {
+        logic next;
+    } rt_regs__status__material_fault__in_t;
+
+    typedef struct {
         rt_regs__status__busy__in_t busy;
         rt_regs__status__done__in_t done;
         rt_regs__status__image_fault__in_t image_fault;
         rt_regs__status__ray_fault__in_t ray_fault;
         rt_regs__status__write_fault__in_t write_fault;
         rt_regs__status__first_fault__in_t first_fault;
+        rt_regs__status__front__in_t front;
+        rt_regs__status__frame_fault__in_t frame_fault;
+        rt_regs__status__camera_fault__in_t camera_fault;
+        rt_regs__status__material_fault__in_t material_fault;
     } rt_regs__status__in_t;
 
     typedef struct {
@@ -189,11 +222,18 @@ package rt_regs_pkg;
         logic rd_ack;
         logic [31:0] rd_data;
         logic wr_ack;
+    } rt_regs__pictures__external__in_t;
+
+    typedef struct {
+        logic rd_ack;
+        logic [31:0] rd_data;
+        logic wr_ack;
     } rt_regs__counters__external__in_t;
 
     typedef struct {
         rt_regs__version__in_t version;
         rt_regs__build__in_t build;
+        rt_regs__features__in_t features;
         rt_regs__control__in_t control;
         rt_regs__status__in_t status;
         rt_regs__fault_ray__in_t fault_ray;
@@ -208,6 +248,7 @@ package rt_regs_pkg;
         rt_regs__hit_base_lo__in_t hit_base_lo;
         rt_regs__hit_base_hi__in_t hit_base_hi;
         rt_regs__step_limit__in_t step_limit;
+        rt_regs__pictures__external__in_t pictures;
         rt_regs__counters__external__in_t counters;
     } rt_regs__in_t;
 
@@ -236,12 +277,17 @@ package rt_regs_pkg;
     } rt_regs__control__own_step_limit__out_t;
 
     typedef struct {
+        logic value;
+    } rt_regs__control__on_chip__out_t;
+
+    typedef struct {
         rt_regs__control__start__out_t start;
         rt_regs__control__soft_reset__out_t soft_reset;
         rt_regs__control__irq_enable__out_t irq_enable;
         rt_regs__control__parent_links__out_t parent_links;
         rt_regs__control__use_mailbox__out_t use_mailbox;
         rt_regs__control__own_step_limit__out_t own_step_limit;
+        rt_regs__control__on_chip__out_t on_chip;
     } rt_regs__control__out_t;
 
     typedef struct {
@@ -326,6 +372,14 @@ package rt_regs_pkg;
 
     typedef struct {
         logic req;
+        logic [6:0] addr;
+        logic req_is_wr;
+        logic [31:0] wr_data;
+        logic [31:0] wr_biten;
+    } rt_regs__pictures__external__out_t;
+
+    typedef struct {
+        logic req;
         logic [7:0] addr;
         logic req_is_wr;
         logic [31:0] wr_data;
@@ -344,6 +398,7 @@ package rt_regs_pkg;
         rt_regs__hit_base_lo__out_t hit_base_lo;
         rt_regs__hit_base_hi__out_t hit_base_hi;
         rt_regs__step_limit__out_t step_limit;
+        rt_regs__pictures__external__out_t pictures;
         rt_regs__counters__external__out_t counters;
     } rt_regs__out_t;
 endpackage

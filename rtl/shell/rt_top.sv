@@ -7,6 +7,8 @@
 // Writes      Lines of 64 bytes with strobes (rt_hit_sink), one id.
 // Soft reset  No new transaction is offered, those in flight are completed and dropped, then rt_core is reset. What the slave has been
 //             offered is never taken back, so the bus never sees a broken rule.
+// Pixels      With Config.pixels, control.on_chip takes rays from rt_raster and gives hits to rt_shade; pixels leave by the same rt_hit_sink as hits do. Two
+//             frame buffers in turn; status.front is the one that was drawn last. Without, none of it is there.
 // Interrupt   irq_o = control.irq_enable and status.done.
 // Config      A named configuration; the macro RT_CONFIG chooses another default for tools that cannot pass a record.
 `include "rt_assert.svh"
@@ -82,21 +84,34 @@ module rt_top #(
   rt_regs_pkg::rt_regs__out_t regs;
   // verilator coverage_on
 
+  localparam bit          Pixels = Config.pixels != 0;
+  localparam int unsigned Readers = 3;
+  localparam int unsigned FromCore = 0;
+  localparam int unsigned FromSource = 1;
+  localparam int unsigned FromShade = 2;
+  `RT_ASSERT_INIT(PixelsKnown, Config.pixels <= 1)
+
   // --- the core, the source of its rays and the sink of its hits ---
   logic                          core_reset, drain, can_run, start_q, busy, rays_start, source_done, drained, sink_idle, sink_empty;
   rt_core_pkg::run_t             run;
   rt_core_pkg::run_status_t      status;
-  logic                          ray_valid, ray_ready, hit_valid, hit_ready, write_fault;
+  logic                          ray_valid, ray_ready, hit_valid, write_fault;
   rt_core_pkg::tagged_ray_t      ray;
   rt_core_pkg::tagged_hit_t      hit;
   rt_core_pkg::ray_tag_t         write_fault_tag;
-  logic [1:0]                    read_valid, read_ready;
-  rt_core_pkg::read_request_t    read_request[2];
+  logic [Readers-1:0]            read_valid, read_ready;
+  rt_core_pkg::read_request_t    read_request[Readers];
   rt_core_pkg::fill_t            fill_q;
   logic [DataBits-1:0]           fill_data_q;
   rt_config_pkg::counter_steps_t core_steps, steps;
-  localparam int unsigned FromCore = 0;
-  localparam int unsigned FromSource = 1;
+  logic                             on_chip, raster_done, raster_valid, shade_ready, sink_ready, shade_idle;
+  logic                             frame_fault, camera_fault, material_fault, pixel_valid, wide_pixel, front_q;
+  rt_core_pkg::tagged_ray_t         raster_ray;
+  rt_core_pkg::pixel_t              pixel;
+  rt_contract_pkg::position_t [5:0] box;
+  logic [AddrBits-1:0]              hit_base;
+  logic                             picture_read, picture_written;
+  logic [31:0]                      picture_data;
   localparam int unsigned AddrHighBits = AddrBits - 32;
 
   // Configuration registers do not change during a run (swwe), so nobody keeps a copy.
@@ -106,11 +121,15 @@ module rt_top #(
           parent_links: regs.control.parent_links.value,
           use_mailbox: regs.control.use_mailbox.value,
           own_step_limit: regs.control.own_step_limit.value,
-          step_limit: regs.step_limit.value.value
+          step_limit: regs.step_limit.value.value,
+          any_origin: on_chip
       };
   // Through a register, in which the run before it counts as forgotten; a start is ignored while anything else goes on.
   always_ff @(posedge clk_i) start_q <= regs.control.start.value && can_run && !status.busy && rst_ni;
   assign busy = status.busy || !can_run || regs.control.start.value || start_q;
+
+  logic [AddrBits-1:0] ray_hit_base;
+  assign ray_hit_base = {regs.hit_base_hi.value.value[AddrHighBits-1:0], regs.hit_base_lo.value.value[31:4], 4'b0};
 
   rt_core #(
       .Config(Config)
@@ -121,14 +140,15 @@ module rt_top #(
       .run_i         (run),
       .status_o      (status),
       .rays_start_o  (rays_start),
-      .sources_done_i(source_done),
+      .sources_done_i(on_chip ? raster_done : source_done),
+      .box_o         (box),
       .drained_o     (drained),
       .sinks_done_i  (sink_empty),
-      .ray_valid_i   (ray_valid),
+      .ray_valid_i   (on_chip ? raster_valid : ray_valid),
       .ray_ready_o   (ray_ready),
-      .ray_i         (ray),
+      .ray_i         (on_chip ? raster_ray : ray),
       .hit_valid_o   (hit_valid),
-      .hit_ready_i   (hit_ready),
+      .hit_ready_i   (on_chip ? shade_ready : sink_ready),
       .hit_o         (hit),
       .read_valid_o  (read_valid[FromCore]),
       .read_ready_i  (read_ready[FromCore]),
@@ -142,7 +162,7 @@ module rt_top #(
   ) u_source (
       .clk_i,
       .rst_ni       (!core_reset),
-      .start_i      (rays_start),
+      .start_i      (rays_start && !on_chip),
       .base_i       ({regs.ray_base_hi.value.value[AddrHighBits-1:0], regs.ray_base_lo.value.value[31:5], 5'b0}),
       .count_i      (regs.ray_count.value.value),
       .row_i        (regs.ray_row.value.value),
@@ -154,21 +174,159 @@ module rt_top #(
       .fill_error_i (fill_q.error),
       .fill_data_i  (fill_data_q),
       .ray_valid_o  (ray_valid),
-      .ray_ready_i  (ray_ready),
+      .ray_ready_i  (ray_ready && !on_chip),
       .ray_o        (ray)
   );
+
+  // --- rays from a camera, pixels from hits ---
+  if (Pixels) begin : gen_pixels
+    // The registers as they stand in the map, from the first word up.
+    typedef struct packed {
+      logic [511:0]     camera;
+      logic [1:0][63:0] frame_base;
+      logic [31:0]      reserved;
+      logic [31:0]      material_count;
+      logic [63:0]      material_base;
+      logic [255:0]     frame;
+    } pictures_t;
+    rt_contract_pkg::camera_record_t camera;
+    rt_contract_pkg::frame_record_t  frame;
+    logic                            miss_valid, miss_ready, place_valid, finished_valid;
+    rt_core_pkg::ray_tag_t           miss;
+    rt_core_pkg::pixel_slot_t        place_slot, finished_slot;
+    rt_core_pkg::pixel_place_t       place;
+    logic                            done_before_q, drawn_q;
+    logic [AddrBits-1:0]             frame_base[2];
+    logic [AddrBits-1:0]             material_base;
+    logic [31:0]                     material_count, reserved_unused;
+    pictures_t                       pictures;
+    rt_picture_regs u_registers (
+        .clk_i,
+        .rst_ni,
+        .open_i      (!busy),
+        .req_i       (regs.pictures.req),
+        .write_i     (regs.pictures.req_is_wr),
+        .index_i     (regs.pictures.addr[6:2]),
+        .data_i      (regs.pictures.wr_data),
+        .bits_i      (regs.pictures.wr_biten),
+        .read_done_o (picture_read),
+        .write_done_o(picture_written),
+        .data_o      (picture_data),
+        .words_o     (pictures)
+    );
+    assign camera          = pictures.camera;
+    assign frame           = pictures.frame;
+    assign material_count  = pictures.material_count;
+    assign reserved_unused = pictures.reserved;
+    assign material_base   = {pictures.material_base[AddrBits-1:6], 6'b0};
+    for (genvar b = 0; b < 2; b++) begin : gen_base
+      assign frame_base[b] = {pictures.frame_base[b][AddrBits-1:6], 6'b0};
+    end
+    assign on_chip    = regs.control.on_chip.value;
+    assign wide_pixel = frame.kind == rt_contract_pkg::pixel_kind_t'(rt_contract_pkg::PixelHit);
+    assign hit_base   = on_chip ? frame_base[!front_q] : ray_hit_base;
+    rt_raster u_raster (
+        .clk_i,
+        .rst_ni          (!core_reset),
+        .start_i         (rays_start && on_chip),
+        .camera_i        (camera),
+        .frame_i         (frame),
+        .box_i           (box),
+        .done_o          (raster_done),
+        .fault_o         (frame_fault),
+        .bad_o           (camera_fault),
+        .finished_valid_i(finished_valid),
+        .finished_slot_i (finished_slot),
+        .place_valid_o   (place_valid),
+        .place_slot_o    (place_slot),
+        .place_o         (place),
+        .ray_valid_o     (raster_valid),
+        .ray_ready_i     (ray_ready && on_chip),
+        .ray_o           (raster_ray),
+        .miss_valid_o    (miss_valid),
+        .miss_ready_i    (miss_ready),
+        .miss_o          (miss)
+    );
+    rt_shade #(
+        .DataBits    (DataBits),
+        .GranuleBytes(Config.granule_bytes)
+    ) u_shade (
+        .clk_i,
+        .rst_ni          (!core_reset),
+        .start_i         (rays_start && on_chip),
+        .frame_i         (frame),
+        .base_i          (material_base),
+        .count_i         (material_count),
+        .idle_o          (shade_idle),
+        .unknown_o       (material_fault),
+        .hit_valid_i     (hit_valid && on_chip),
+        .hit_ready_o     (shade_ready),
+        .hit_i           (hit),
+        .miss_valid_i    (miss_valid),
+        .miss_ready_o    (miss_ready),
+        .miss_i          (miss),
+        .place_valid_i   (place_valid),
+        .place_slot_i    (place_slot),
+        .place_i         (place),
+        .finished_valid_o(finished_valid),
+        .finished_slot_o (finished_slot),
+        .fetch_valid_o   (read_valid[FromShade]),
+        .fetch_ready_i   (read_ready[FromShade]),
+        .fetch_o         (read_request[FromShade]),
+        .fill_valid_i    (fill_q.valid[rt_config_pkg::SourceMaterial]),
+        .fill_error_i    (fill_q.error),
+        .fill_data_i     (fill_data_q),
+        .pixel_valid_o   (pixel_valid),
+        .pixel_ready_i   (sink_ready && on_chip),
+        .pixel_o         (pixel)
+    );
+    // The other frame buffer, when a run has drawn a frame.
+    always_ff @(posedge clk_i) begin
+      done_before_q <= status.done;
+      if (rays_start) drawn_q <= on_chip;
+      if (frame_fault || status.started || core_reset) drawn_q <= 1'b0;
+      if (status.done && !done_before_q && drawn_q) front_q <= !front_q;
+      if (!rst_ni) front_q <= 1'b1;
+    end
+  end else begin : gen_no_pixels
+    rt_contract_pkg::position_t [5:0] box_unused;
+    assign box_unused     = box;
+    assign on_chip        = 1'b0;
+    assign raster_done    = 1'b1;
+    assign raster_valid   = 1'b0;
+    assign raster_ray     = '0;
+    assign shade_ready    = 1'b0;
+    assign shade_idle     = 1'b1;
+    assign frame_fault    = 1'b0;
+    assign camera_fault   = 1'b0;
+    assign material_fault = 1'b0;
+    assign pixel_valid    = 1'b0;
+    assign pixel          = '0;
+    assign wide_pixel     = 1'b0;
+    assign front_q        = 1'b0;
+    assign hit_base       = ray_hit_base;
+    assign picture_data   = '0;
+    always_ff @(posedge clk_i) begin
+      picture_read    <= regs.pictures.req && !regs.pictures.req_is_wr && rst_ni;
+      picture_written <= regs.pictures.req && regs.pictures.req_is_wr && rst_ni;
+    end
+    assign read_valid[FromShade]   = 1'b0;
+    assign read_request[FromShade] = '0;
+  end
   rt_hit_sink #(
       .DataBits(DataBits),
-      .Lines   (Config.hit_lines)
+      .Lines   (Config.hit_lines),
+      .Grain   (Pixels ? 1 : 4)
   ) u_sink (
       .clk_i,
       .rst_ni,
-      .base_i     ({regs.hit_base_hi.value.value[AddrHighBits-1:0], regs.hit_base_lo.value.value[31:4], 4'b0}),
-      .flush_i    (drained),
+      .base_i     (hit_base),
+      .words_log2_i(on_chip ? {1'b0, wide_pixel} : 2'd2),
+      .flush_i    (drained && shade_idle),
       .drop_i     (drain),
-      .in_valid_i (hit_valid),
-      .in_ready_o (hit_ready),
-      .in_data_i  (hit),
+      .in_valid_i (on_chip ? pixel_valid : hit_valid),
+      .in_ready_o (sink_ready),
+      .in_data_i  (on_chip ? {pixel.tag, 64'b0, pixel.data} : hit),
       .aw_valid_o (axi_aw_valid_o),
       .aw_ready_i (axi_aw_ready_i),
       .aw_addr_o  (axi_aw_addr_o),
@@ -191,22 +349,31 @@ module rt_top #(
   assign axi_aw_burst_o = BurstIncr;
 
   // Sticky until the next start, and until a soft reset.
-  logic                  write_fault_q;
+  logic                  write_fault_q, frame_fault_q, camera_fault_q, material_fault_q;
   rt_core_pkg::ray_tag_t write_fault_tag_q;
   always_ff @(posedge clk_i) begin
     if (write_fault && !write_fault_q) begin
       write_fault_q     <= 1'b1;
       write_fault_tag_q <= write_fault_tag;
     end
-    if (status.started || core_reset) write_fault_q <= 1'b0;
+    if (frame_fault) frame_fault_q <= 1'b1;
+    if (camera_fault) camera_fault_q <= 1'b1;
+    if (material_fault) material_fault_q <= 1'b1;
+    if (status.started || core_reset) begin
+      write_fault_q    <= 1'b0;
+      frame_fault_q    <= 1'b0;
+      camera_fault_q   <= 1'b0;
+      material_fault_q <= 1'b0;
+    end
     if (core_reset) write_fault_tag_q <= '0;
   end
 
   // --- reads ---
-  logic                       chosen_valid, chosen_ready, reading, chosen_index_unused;
+  logic                       chosen_valid, chosen_ready, reading;
+  logic [1:0]                 chosen_index_unused;
   rt_core_pkg::read_request_t chosen, ar;
   rt_arbiter #(
-      .NumInputs(2),
+      .NumInputs(Readers),
       .data_t   (rt_core_pkg::read_request_t)
   ) u_read_arbiter (
       .clk_i,
@@ -297,11 +464,19 @@ module rt_top #(
     regs_in.status.ray_fault.next          = status.ray_fault;
     regs_in.status.write_fault.next        = write_fault_q;
     regs_in.status.first_fault.next        = status.first_fault;
+    regs_in.features.pixels.next           = Pixels;
+    regs_in.status.front.next              = front_q;
+    regs_in.status.frame_fault.next        = frame_fault_q;
+    regs_in.status.camera_fault.next       = camera_fault_q;
+    regs_in.status.material_fault.next     = material_fault_q;
     regs_in.fault_ray.ray.next             = status.fault_tag;
     regs_in.write_fault_ray.ray.next       = write_fault_tag_q;
     regs_in.counters.rd_ack                = counter_done;
     regs_in.counters.rd_data               = counter_data;
     regs_in.counters.wr_ack                = counter_refused_q;
+    regs_in.pictures.rd_ack                = picture_read;
+    regs_in.pictures.rd_data               = picture_data;
+    regs_in.pictures.wr_ack                = picture_written;
     // What a run is given is not written while one lasts.
     regs_in.control.parent_links.swwe = !busy;
     regs_in.control.use_mailbox.swwe = !busy;
@@ -316,6 +491,7 @@ module rt_top #(
     regs_in.hit_base_lo.value.swwe = !busy;
     regs_in.hit_base_hi.value.swwe = !busy;
     regs_in.step_limit.value.swwe = !busy;
+    regs_in.control.on_chip.swwe = Pixels && !busy;
   end
   assign irq_o = regs.control.irq_enable.value && status.done && !start_q;
 
