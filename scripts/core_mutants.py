@@ -109,6 +109,7 @@ TWO_LEVELS = [
     ("the end of a climb is a step", "walk/rt_lane.sv", "if (@s5_event_q == rt_core_pkg::EventFinish@) out_in.arrival.steps", "1'b0"),
     ("a lane takes the world's ray in an object", "walk/rt_lane.sv", "(RayBits'({@s3_tree_q.level@, stage_context[3]}))", "1'b0"),
     ("a leaf of instances in an object is read", "leaf/rt_leaf_unit.sv", "(!p6_instances || @p6_way.level@);", "1'b0"),
+    ("an image of one level has instances", "leaf/rt_leaf_unit.sv", "Levels > 1 && @view_i.two_levels@ &&", "1'b1"),
     ("a leaf that a context comes back to counts again", "leaf/rt_leaf_unit.sv", "rt_core_pkg::EventGoOn && @!p6_way.resumes@;", "1'b1"),
     ("a first leaf that the ray passes by is an error", "leaf/rt_leaf_unit.sv", "result = Levels > 1 && @tag_out.fresh@ ?", "1'b0"),
     ("references that are done are steps again", "leaf/rt_leaf_unit.sv", "p6_steps     = @p6_state_q.steps - 32'(p6_first)@;", "p6_state_q.steps"),

@@ -281,7 +281,7 @@ SMALL_TESTS = [
 TWO_LEVEL_TESTS = [
     ("rtl_two_level_test", "*EqualTheKernel*/1:RtlTwoLevel.Headers*"),
     ("rtl_two_level_test", "*EqualTheKernel*/12:RtlTwoLevel.StepLimit*:RtlTwoLevel.Leaves*"),
-    ("rtl_two_level_test", "RtlTwoLevel.*"),
+    ("rtl_two_level_test", "RtlTwoLevel.*:RtlLevels.*"),
     ("rtl_two_level_test", "*EqualTheKernel*/100"),
 ]
 CORES = [(core_mutants.MUTANTS, "small", SMALL_TESTS), (core_mutants.TWO_LEVELS, "saarcor", TWO_LEVEL_TESTS)]

@@ -243,7 +243,8 @@ REFS:
     c.refs[i] = leaf.refs[i];
   }
   c.phase = kPhaseTest;
-  if (leaf.kind != contract::kKindTriangles && (leaf.kind != contract::kKindInstance || c.level)) {
+  const flag_t instances_may_be = view.two_levels & flag_t(!c.level);
+  if (leaf.kind != contract::kKindTriangles && (leaf.kind != contract::kKindInstance || !instances_may_be)) {
     fail(c, contract::kStatusBadRecord);
   } else if (c.exit.broken) {
     // A ray that passes the root box of an object by, within the tolerance of its entry, leaves the first cell before t = 0.

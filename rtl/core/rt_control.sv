@@ -203,6 +203,7 @@ module rt_control #(
         view_q.leaf_count     <= word[rt_contract_pkg::HeaderLeafCountWord];
         view_q.list_count     <= word[rt_contract_pkg::HeaderListCountWord];
         view_q.triangle_count <= word[rt_contract_pkg::HeaderTriangleCountWord];
+        view_q.two_levels     <= two_levels;
         view_q.instance_count <= two_levels ? word[rt_contract_pkg::HeaderInstanceCountWord] : '0;
         view_q.step_limit     <= run_i.own_step_limit ? run_i.step_limit : word[rt_contract_pkg::HeaderStepLimitWord];
         for (int unsigned face = 0; face < 6; face++) begin

@@ -358,7 +358,7 @@ module rt_leaf_unit #(
     end
   end
   // Steps before reference 0: those that were done before the context came back are behind it already.
-  assign p6_instances = Levels > 1 && p6_leaf_q.kind == rt_contract_pkg::axis_t'(rt_contract_pkg::KindInstance);
+  assign p6_instances = Levels > 1 && view_i.two_levels && p6_leaf_q.kind == rt_contract_pkg::axis_t'(rt_contract_pkg::KindInstance);
   assign p6_steps     = p6_state_q.steps - 32'(p6_first);
   assign p6_count  = p6_size_q < rt_core_pkg::leaf_size_t'(rt_contract_pkg::LeafLong) ?
                        rt_contract_pkg::triangle_index_t'(p6_size_q) : p6_leaf_q.count;

@@ -166,7 +166,7 @@ package rt_contract_pkg;
   localparam int unsigned ImageMagic = 1145787474;
   // Version of the memory image.
   localparam int unsigned ImageVersion = 2;
-  // Version of an image with instances: the kernel takes it, the core does not.
+  // Version of an image with instances: the kernel and cores of two levels take it.
   localparam int unsigned ImageVersionTwoLevels = 3;
   // Leaf of triangles.
   localparam int unsigned KindTriangles = 0;

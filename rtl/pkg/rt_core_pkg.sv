@@ -236,6 +236,7 @@ package rt_core_pkg;
   // The header, as far as the walk needs it.
   typedef struct packed {
     logic [AddrBits-1:0]              instance_base;
+    logic                             two_levels;
     logic [31:0]                      instance_count;  // 0 in an image of one level
     logic [AddrBits-1:0]              pair_base;
     logic [AddrBits-1:0]              leaf_base;

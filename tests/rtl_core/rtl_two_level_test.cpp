@@ -73,8 +73,8 @@ std::string name_of(const CoreMode& mode) {
 /// A core of two levels, driven directly.
 class Core {
  public:
-  explicit Core(const MemoryOptions& memory = {})
-      : device_({kConfiguration, memory, "", test_seed()}), driver_(device_) {}
+  explicit Core(const MemoryOptions& memory = {}, const char* configuration = kConfiguration)
+      : device_({configuration, memory, "", test_seed()}), driver_(device_) {}
   Traced run(std::span<const std::uint64_t> image, std::span<const GridRay> rays, const CoreMode& mode) {
     driver_.load(image, rays.size());
     driver_.start(packed(rays), mode);
@@ -248,6 +248,48 @@ TEST_F(RtlTwoLevel, LeavesOfOtherKindsEndLikeTheKernel) {
   }
   EXPECT_GT(statuses[static_cast<std::size_t>(contract::kStatusBadRecord)], 20);
   EXPECT_GT(statuses[static_cast<std::size_t>(contract::kStatusHit)], 20);
+}
+
+// An image of one level has no instances, so a leaf of them is a record that cannot be, to a core of two levels as well.
+TEST(RtlLevels, LeavesOfOtherKindsInAnImageOfOneLevelEndLikeTheKernel) {
+  SCOPED_TRACE("seed " + std::to_string(test_seed()));
+  Random random(test_seed() + 9);
+  const TwoLevelWorld world = make_two_level_world(random, 4, 3);
+  const auto words = world.scene.objects[0].words();
+  const auto header = world.scene.objects[0].header();
+  const auto face = [&](int i) { return static_cast<std::int32_t>(header.box[static_cast<std::size_t>(i)]); };
+  std::vector<GridRay> rays;
+  for (int i = 0; i < 100; ++i) {
+    GridRay ray;
+    GridPoint origin;
+    for (int axis = 0; axis < 3; ++axis)
+      origin[axis] = static_cast<std::int32_t>(random.integer(face(2 * axis), face(2 * axis + 1)));
+    ray.record = make_world_ray(
+        origin, glm::dvec3(random.real(-0.5, 0.5), random.real(-0.5, 0.5), random.real(-0.5, 0.5)), random);
+    rays.push_back(ray);
+  }
+  for (const char* configuration : {kConfiguration, "small"}) {
+    if (!is_built(configuration)) continue;
+    SCOPED_TRACE(configuration);
+    Core core({}, configuration);
+    std::array<int, 16> statuses{};
+    for (int round = 0; round < 8; ++round) {
+      std::vector<std::uint64_t> broken(words.begin(), words.end());
+      for (std::uint32_t i = 0; round > 0 && i < header.leaf_count; ++i) {
+        std::uint64_t* at = &broken[8 * (std::uint64_t{header.leaf_offset} + i)];
+        auto leaf = contract::LeafRecord::unpack(at);
+        if (random.chance(4)) leaf.kind = static_cast<std::uint32_t>(random.below(4));
+        leaf.pack(at);
+      }
+      SCOPED_TRACE("round " + std::to_string(round));
+      const CoreMode& mode = kModes[round % std::size(kModes)];
+      const Traced expected = kernel(broken, rays, mode);
+      expect_equal_hits(core.run(broken, rays, mode), expected);
+      for (std::size_t i = 0; i < rays.size(); ++i) ++statuses[status_of(expected.hits, i)];
+    }
+    for (const auto status : {contract::kStatusHit, contract::kStatusBadRecord})
+      EXPECT_GT(statuses[static_cast<std::size_t>(status)], 10) << status;
+  }
 }
 
 TEST_F(RtlTwoLevel, HeadersOfTwoLevelsAreChecked) {
