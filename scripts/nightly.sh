@@ -13,6 +13,7 @@ run stages "build/release/testbench/stages/rtl_stages --vectors 100000000"
 run netlists "scripts/netlist_sim.sh all"
 run watertight "build/release/testbench/csim/tb_watertight knot ${RETRACE_SEED:-1} 10000000"
 run instances "env RETRACE_RAYS=1000000 build/release/tests/csim/instances_test"
+run instance_walks "env RETRACE_RAYS=3400000 build/release/tests/csim/two_level_test --gtest_filter=*no_ray*"
 run mutants "scripts/mutants.sh"
 
 if [ "${1:-}" = --list ]; then
