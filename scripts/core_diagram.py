@@ -25,6 +25,8 @@ BOXES = {
     "rt_result_unit": (9.0, 4.35, 2.0, 1.0, "best hit;\non or done", CORE),
     "rt_hit_finish": (6.1, 4.4, 2.0, 0.9, "t, id, u, v", CORE),
     "rt_hit_sink": (0.3, 4.35, 2.0, 1.0, "lines of 64 bytes\nwith strobes", SHELL),
+    "rt_raster": (0.3, 1.9, 2.0, 1.0, "rays from a camera\n(pixels = 1)", SHELL),
+    "rt_shade": (3.3, 1.9, 2.0, 1.0, "materials, rt_light,\nsamples of a pixel", SHELL),
     "node cache": (6.1, 8.3, 2.0, 0.7, "a port a lane", MEMORY),
     "leaf cache": (9.0, 8.3, 2.0, 0.7, "", MEMORY),
     "list, triangle cache": (11.7, 8.3, 2.5, 0.7, "", MEMORY),
@@ -45,6 +47,10 @@ PATHS = [
     ([(9.4, 5.35), (9.4, 5.85), (7.1, 5.85), (7.1, 6.3)], "return", (8.2, 5.98)),
     ([(9.0, 4.85), (8.1, 4.85)], "finish", (8.55, 4.98)),
     ([(6.1, 4.85), (2.3, 4.85)], "hits", (5.2, 4.98)),
+    ([(2.3, 2.65), (2.72, 2.65), (2.72, 6.55), (3.3, 6.55)], "", None),
+    ([(2.3, 2.2), (3.3, 2.2)], "misses", (2.8, 2.0)),
+    ([(5.0, 4.85), (5.0, 2.9)], "", None),
+    ([(4.3, 1.9), (4.3, 1.5), (-0.1, 1.5), (-0.1, 4.6), (0.3, 4.6)], "pixels", (2.8, 1.58)),
     ([(9.6, 4.35), (9.6, 3.75), (4.3, 3.75), (4.3, 6.3)], "free context", (6.9, 3.88)),
     ([(7.1, 7.3), (7.1, 8.3)], "", None),
     ([(10.0, 7.3), (10.0, 8.3)], "", None),
@@ -63,7 +69,7 @@ PATHS = [
 
 
 def draw():
-    figure, axes = plt.subplots(figsize=(13, 6.4))
+    figure, axes = plt.subplots(figsize=(13, 7.8))
     axes.add_patch(patches.FancyBboxPatch((2.95, 3.35), 11.55, 7.35, boxstyle="round,pad=0.1", facecolor="none", edgecolor="#336699", linewidth=1.6, linestyle="--"))
     axes.text(14.4, 3.45, "rt_core", ha="right", fontsize=12, color="#336699", weight="bold")
     axes.text(0.3, 3.45, "rt_top (AXI)", fontsize=12, color="#555555", weight="bold")
@@ -79,7 +85,7 @@ def draw():
         if label:
             axes.text(*place, label, ha="center", fontsize=8.5, color="#222222")
     axes.set_xlim(-1.3, 14.8)
-    axes.set_ylim(3.0, 10.9)
+    axes.set_ylim(1.2, 10.9)
     axes.axis("off")
     return figure
 

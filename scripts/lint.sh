@@ -8,7 +8,7 @@ mapfile -t sources < <(git ls-files '*.cpp' '*.hpp' ':!hls/include/contract*.hpp
 clang-format --dry-run -Werror "${sources[@]}"
 scripts/prose.py
 # A licence in the first line of the hardware, but for what PeakRDL writes.
-git ls-files '*.sv' '*.svh' '*.v' ':!rtl/regs/rt_regs*.sv' | while read -r file; do
+git ls-files '*.sv' '*.svh' '*.v' ':!rtl/shell/rt_regs*.sv' | while read -r file; do
   if [ "$(head -1 "$file")" != "// SPDX-License-Identifier: Apache-2.0" ]; then echo "lint: $file does not start with its SPDX line" >&2; exit 1; fi
 done
 for script in $(git ls-files '*.sh' .ci/run); do bash -n "$script"; done

@@ -16,7 +16,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 import core_mutants
-from rtl_packages import rtl_packages
+from rtl_rooms import rtl_packages, rtl_rooms
 
 # (what is broken, file below rtl/, old text, new text, (model to verilate, test program, tests that must notice))
 STAGE = {name: ("rt_" + name, "rtl_stages_test", "*" + name) for name in
@@ -24,98 +24,110 @@ STAGE = {name: ("rt_" + name, "rtl_stages_test", "*" + name) for name in
 LIB = ("tb_lib", "rtl_lib_test", "*")
 CACHES = ("tb_cache", "rtl_cache_test", "*")
 GENERATIONS = ("tb_generation", "rtl_generation_test", "*")
+PIXELS = ("tb_pixels", "rtl_pixels_test", "Pixels/Granule64.*")
 PARTS = ("tb_board", "board_units_test", "*")
 BOARD = ("rt_board", "board_test", "BoardLink.*")
 
 MUTANTS = [
     # Roundings and saturations.
-    ("t_plane rounds toward zero", "stages/rt_t_plane.sv", "shifted_q    <= product >>> shift;",
+    ("t_plane rounds toward zero", "arith/rt_t_plane.sv", "shifted_q    <= product >>> shift;",
      "shifted_q    <= (product + (product < 0 ? ((ProductBits'(1) <<< shift) - 1'b1) : '0)) >>> shift;", STAGE["kd_descend"]),
-    ("t_plane wraps instead of saturating", "stages/rt_t_plane.sv", "t_q          <= fits ?", "t_q          <= 1'b1 ?", STAGE["leaf_exit"]),
-    ("a row product truncates", "stages/rt_row_product.sv", "+ (rounded_t'(1) <<< HalfShift);", ";", STAGE["tri_test"]),
-    ("ties of a row product go down", "stages/rt_row_product.sv", "(low_q + high_q) >>> RowShift", "(low_q + high_q - 1'b1) >>> RowShift",
+    ("t_plane wraps instead of saturating", "arith/rt_t_plane.sv", "t_q          <= fits ?", "t_q          <= 1'b1 ?", STAGE["leaf_exit"]),
+    ("a row product truncates", "arith/rt_row_product.sv", "+ (rounded_t'(1) <<< HalfShift);", ";", STAGE["tri_test"]),
+    ("ties of a row product go down", "arith/rt_row_product.sv", "(low_q + high_q) >>> RowShift", "(low_q + high_q - 1'b1) >>> RowShift",
      STAGE["tri_test"]),
-    ("V is aligned with a logical shift", "stages/rt_tri_test.sv", "edge_v_q >>> difference", "edge_v_q >> difference", STAGE["tri_test"]),
-    ("the reciprocal wraps at a power of two", "stages/rt_reciprocal.sv", "unsigned_reciprocal = {1'b0, quotient}",
+    ("V is aligned with a logical shift", "isect/rt_unit_test.sv", "edge_v_q >>> difference", "edge_v_q >> difference", STAGE["tri_test"]),
+    ("the reciprocal wraps at a power of two", "arith/rt_reciprocal.sv", "unsigned_reciprocal = {1'b0, quotient}",
      "unsigned_reciprocal = {1'b0, overflow_unused ? QuotBits'(0) : quotient}", STAGE["ray_setup"]),
-    ("a barycentric saturates below 1", "stages/rt_hit_finish.sv", "value = {1'b1, {QuotBits{1'b0}}}", "value = {1'b0, quotient}", STAGE["hit_finish"]),
-    ("bits shifted out of a barycentric are lost", "stages/rt_hit_finish.sv", "verdict_3q.over || lost_q != '0", "verdict_3q.over",
+    ("a barycentric saturates below 1", "isect/rt_hit_finish.sv", "value = {1'b1, {QuotBits{1'b0}}}", "value = {1'b0, quotient}", STAGE["hit_finish"]),
+    ("bits shifted out of a barycentric are lost", "isect/rt_hit_finish.sv", "verdict_3q.over || lost_q != '0", "verdict_3q.over",
      STAGE["hit_finish"]),
-    ("a quotient bit is wrong where remainder and divisor are equal", "lib/rt_div.sv", "difference = wide - {1'b0, den_q[i]};",
+    ("a quotient bit is wrong where remainder and divisor are equal", "arith/rt_div.sv", "difference = wide - {1'b0, den_q[i]};",
      "difference = wide - {1'b0, den_q[i]}; if (difference == '0) difference = '1;", LIB),
-    ("the low partial product is missing", "lib/rt_mul.sv", "outer_q    <= {high_q, low_q};", "outer_q    <= {high_q, {(2 * PieceBits) {1'b0}}};", LIB),
+    ("the low partial product is missing", "arith/rt_mul.sv", "outer_q    <= {high_q, low_q};", "outer_q    <= {high_q, {(2 * PieceBits) {1'b0}}};", LIB),
     # Ties and bounds.
-    ("a tie goes near", "stages/rt_kd_descend.sv", "late.t < plane", "late.t <= plane", STAGE["kd_descend"]),
-    ("an origin in the split plane goes left", "stages/rt_kd_descend.sv", "early_q.origin < early_q.split", "early_q.origin <= early_q.split",
+    ("a tie goes near", "walk/rt_kd_descend.sv", "late.t < plane", "late.t <= plane", STAGE["kd_descend"]),
+    ("an origin in the split plane goes left", "walk/rt_kd_descend.sv", "early_q.origin < early_q.split", "early_q.origin <= early_q.split",
      STAGE["kd_descend"]),
-    ("the highest axis wins a tie", "stages/rt_leaf_exit.sv", "t_plane[1] < t_plane[0]", "t_plane[1] <= t_plane[0]", STAGE["leaf_exit"]),
-    ("an exit at t counts as broken", "stages/rt_leaf_exit.sv", "t_plane[axis] < late.t", "t_plane[axis] <= late.t", STAGE["leaf_exit"]),
-    ("axes of direction zero exit", "stages/rt_leaf_exit.sv", "if (!sides_q.zero[2]) begin", "begin", STAGE["leaf_exit"]),
-    ("the far child turns as well", "stages/rt_kd_backtrack.sv", "&& right != upper", "", STAGE["kd_backtrack"]),
-    ("a match at the root ends the ray", "stages/rt_kd_backtrack.sv", "!turn_d.matched && in_data_i.parent == '0", "in_data_i.parent == '0",
+    ("the highest axis wins a tie", "leaf/rt_leaf_exit.sv", "t_plane[1] < t_plane[0]", "t_plane[1] <= t_plane[0]", STAGE["leaf_exit"]),
+    ("an exit at t counts as broken", "leaf/rt_leaf_exit.sv", "t_plane[axis] < late.t", "t_plane[axis] <= late.t", STAGE["leaf_exit"]),
+    ("axes of direction zero exit", "leaf/rt_leaf_exit.sv", "if (!sides_q.zero[2]) begin", "begin", STAGE["leaf_exit"]),
+    ("the far child turns as well", "walk/rt_kd_backtrack.sv", "&& right != upper", "", STAGE["kd_backtrack"]),
+    ("a match at the root ends the ray", "walk/rt_kd_backtrack.sv", "!turn_d.matched && in_data_i.parent == '0", "in_data_i.parent == '0",
      STAGE["kd_backtrack"]),
-    ("U at its lower end is outside", "stages/rt_tri_test.sv", "edge_u_q >= -rt_contract_pkg::EpsUv", "edge_u_q > -rt_contract_pkg::EpsUv",
+    ("U at its lower end is outside", "isect/rt_unit_test.sv", "edge_u_q >= -rt_contract_pkg::EpsUv", "edge_u_q > -rt_contract_pkg::EpsUv",
      STAGE["tri_test"]),
-    ("V at its upper end is outside", "stages/rt_tri_test.sv", "edge_v_q <= EdgeBits'(highest_v_q)", "edge_v_q < EdgeBits'(highest_v_q)",
+    ("V at its upper end is outside", "isect/rt_unit_test.sv", "edge_v_q <= EdgeBits'(highest_v_q)", "edge_v_q < EdgeBits'(highest_v_q)",
      STAGE["tri_test"]),
-    ("W at its end is outside", "stages/rt_tri_test.sv", "rest_q >= SumBits'(aligned_v_q)", "rest_q > SumBits'(aligned_v_q)", STAGE["tri_test"]),
-    ("a hit at t = 0 is lost", "stages/rt_tri_test.sv", "oz_q <= 0", "oz_q < 0", STAGE["tri_test"]),
-    ("t = 8 is a hit", "stages/rt_tri_test.sv", "unsigned'(height_q) < {", "unsigned'(height_q) <= {", STAGE["tri_test"]),
-    ("the length of an object's direction has a low bound", "stages/rt_instance_enter.sv", "BoundBits'(magnitude) + 1'b1", "BoundBits'(magnitude)",
+    ("W at its end is outside", "isect/rt_unit_test.sv", "rest_q >= SumBits'(aligned_v_q)", "rest_q > SumBits'(aligned_v_q)", STAGE["tri_test"]),
+    ("a hit at t = 0 is lost", "isect/rt_unit_test.sv", "oz_q <= 0", "oz_q < 0", STAGE["tri_test"]),
+    ("t = 8 is a hit", "isect/rt_unit_test.sv", "unsigned'(height_q) < {", "unsigned'(height_q) <= {", STAGE["tri_test"]),
+    ("the length of an object's direction has a low bound", "isect/rt_object_ray.sv", "BoundBits'(magnitude) + 1'b1", "BoundBits'(magnitude)",
      STAGE["instance_enter"]),
-    ("an object's direction is truncated", "stages/rt_instance_enter.sv", "(long_t'(1) <<< (LongFrac - rt_contract_pkg::DirectionFrac - 1))", "long_t'(0)",
+    ("an object's direction is truncated", "isect/rt_object_ray.sv", "(long_t'(1) <<< (LongFrac - rt_contract_pkg::DirectionFrac - 1))", "long_t'(0)",
      STAGE["instance_enter"]),
-    ("an object's origin is truncated", "stages/rt_instance_enter.sv", "(step_t'(1) <<< (OriginShift - 1))", "step_t'(0)", STAGE["instance_enter"]),
-    ("the lower side of an object's box does not grow", "stages/rt_instance_enter.sv", "lower_1q - rt_contract_pkg::SlabPad", "lower_1q",
+    ("an object's origin is truncated", "isect/rt_object_ray.sv", "(step_t'(1) <<< (OriginShift - 1))", "step_t'(0)", STAGE["instance_enter"]),
+    ("the lower side of an object's box does not grow", "isect/rt_object_ray.sv", "lower_1q - rt_contract_pkg::SlabPad", "lower_1q",
      STAGE["instance_enter"]),
-    ("an axis of direction 0 is never outside", "stages/rt_instance_enter.sv", "outside_q      <= course_slab_q.zero && (at_2q < lower_2q || at_2q > upper_2q);",
+    ("an axis of direction 0 is never outside", "isect/rt_object_ray.sv", "outside_q      <= course_slab_q.zero && (at_2q < lower_2q || at_2q > upper_2q);",
      "outside_q      <= 1'b0;", STAGE["instance_enter"]),
-    ("a hit at the reach counts", "stages/rt_instance_enter.sv", "{1'b0, start_q, {StepShift{1'b0}}} - 1'b1", "{1'b0, start_q, {StepShift{1'b0}}}",
+    ("a hit at the reach counts", "isect/rt_object_ray.sv", "{1'b0, start_q, {StepShift{1'b0}}} - 1'b1", "{1'b0, start_q, {StepShift{1'b0}}}",
      STAGE["instance_enter"]),
-    ("the slabs of the last input count", "stages/rt_instance_enter.sv", "assign first_plane = token[rt_stage_pkg::EnterPlane];", "assign first_plane = 1'b0;",
+    ("the slabs of the last input count", "isect/rt_object_ray.sv", "assign first_plane = token[rt_stage_pkg::EnterPlane];", "assign first_plane = 1'b0;",
      STAGE["instance_enter"]),
-    ("a scale of 17 is entered", "stages/rt_instance_enter.sv", "scale_sum > size_t'(CourseUnit + ScaleMax)", "scale_sum > size_t'(CourseUnit + ScaleMax + 1)",
+    ("a scale of 17 is entered", "isect/rt_object_ray.sv", "scale_sum > size_t'(CourseUnit + ScaleMax)", "scale_sum > size_t'(CourseUnit + ScaleMax + 1)",
      STAGE["instance_enter"]),
-    ("a row exponent of 16 is entered", "stages/rt_instance_enter.sv", "row_size.exponent > rt_contract_pkg::RowExponentMax",
+    ("a row exponent of 16 is entered", "isect/rt_object_ray.sv", "row_size.exponent > rt_contract_pkg::RowExponentMax",
      "row_size.exponent > rt_contract_pkg::RowExponentMax + 1'b1", STAGE["instance_enter"]),
-    ("an origin on the box is outside", "stages/rt_ray_setup.sv", "origin > upper", "origin >= upper", STAGE["ray_setup"]),
+    ("an origin on the box is outside", "ray/rt_ray_setup.sv", "origin > upper", "origin >= upper", STAGE["ray_setup"]),
     # Handshakes.
-    ("a result too many is admitted", "lib/rt_pipe_ctrl.sv", "credit_q    <= CountBits'(Credits);", "credit_q    <= CountBits'(Credits + 1);", LIB),
-    ("a stage takes inputs without credit", "lib/rt_pipe_ctrl.sv", "in_ready_q  <= (leave || credit_q != CountBits'(enter)) && !busy_next;", "in_ready_q  <= !busy_next;",
+    ("a result too many is admitted", "stream/rt_pipe_ctrl.sv", "credit_q    <= CountBits'(Credits);", "credit_q    <= CountBits'(Credits + 1);", LIB),
+    ("a stage takes inputs without credit", "stream/rt_pipe_ctrl.sv", "in_ready_q  <= (leave || credit_q != CountBits'(enter)) && !busy_next;", "in_ready_q  <= !busy_next;",
      STAGE["kd_descend"]),
-    ("a credit too few costs throughput", "lib/rt_lib_pkg.sv", "return (latency + 2 + interval - 1) / interval;",
+    ("a credit too few costs throughput", "pkg/rt_lib_pkg.sv", "return (latency + 2 + interval - 1) / interval;",
      "return (latency + 1 + interval - 1) / interval;", STAGE["tri_test"]),
-    ("a shared datapath takes its next input too early", "lib/rt_pipe_ctrl.sv", "assign busy_next = enter || wait_q > WaitBits'(1);",
+    ("a shared datapath takes its next input too early", "stream/rt_pipe_ctrl.sv", "assign busy_next = enter || wait_q > WaitBits'(1);",
      "assign busy_next = enter && wait_q > WaitBits'(1);", STAGE["hit_finish"]),
-    ("the tag of the wrong clock", "lib/rt_pipe_ctrl.sv", "if (entered_q) begin\n      tag_mem_q", "if (enter) begin\n      tag_mem_q",
+    ("the tag of the wrong clock", "stream/rt_pipe_ctrl.sv", "if (entered_q) begin\n      tag_mem_q", "if (enter) begin\n      tag_mem_q",
      STAGE["leaf_exit"]),
-    ("the skid buffer takes a word it has no room for", "lib/rt_skid.sv", "assign in_ready_o  = !spill_valid_q;", "assign in_ready_o  = 1'b1;", LIB),
-    ("a full FIFO takes a word", "lib/rt_fifo.sv", "full_q <= grows ? usage_q == UsageBits'(Depth - 1) : full_q && !shrinks;",
+    ("the skid buffer takes a word it has no room for", "stream/rt_skid.sv", "assign in_ready_o  = !spill_valid_q;", "assign in_ready_o  = 1'b1;", LIB),
+    ("a full FIFO takes a word", "stream/rt_fifo.sv", "full_q <= grows ? usage_q == UsageBits'(Depth - 1) : full_q && !shrinks;",
      "full_q <= 1'b0;", LIB),
-    ("a block RAM FIFO reads ahead too far", "lib/rt_fifo.sv", "ahead_q != 2'(OutputBuffer)", "1'b1", LIB),
-    ("a counter keeps the sum of the run before", "lib/rt_counters.sv", "(s2_fresh_q ? '0 : s2_stored_q)", "s2_stored_q", LIB),
-    ("a counter counts twice what it has stored", "lib/rt_counters.sv", "(s0_index_q == index_t'(i) ? '0 : waiting_q)", "waiting_q", LIB),
-    ("the arbiter changes its mind", "lib/rt_arbiter.sv", "locked_q <= !(out_ready_i && in_last_i[index]);", "locked_q <= 1'b0;", LIB),
-    ("the arbiter always prefers the lowest input", "lib/rt_arbiter.sv", "after_q[i] <= i > int'(index);", "after_q[i] <= 1'b1;", LIB),
-    ("turns prefer the lowest input", "lib/rt_turns.sv", "after_q <= ~(chosen | (chosen - 1'b1));", "after_q <= '1;", LIB),
-    ("turns serve an input twice", "lib/rt_turns.sv", "assign waiting = in_valid_i & ~grant_q;", "assign waiting = in_valid_i;", LIB),
-    ("a queue forgets what is on its way", "lib/rt_queue.sv", "<= Depth - 2 - Ahead;", "<= Depth - 1 - Ahead;", LIB),
-    ("the sequential divider forgets to wait for its output", "lib/rt_div_seq.sv", "default: if (out_ready_i) state_q <= Idle;",
+    ("a block RAM FIFO reads ahead too far", "stream/rt_fifo.sv", "ahead_q != 2'(OutputBuffer)", "1'b1", LIB),
+    ("a counter keeps the sum of the run before", "mem/rt_counters.sv", "(s2_fresh_q ? '0 : s2_stored_q)", "s2_stored_q", LIB),
+    ("a counter counts twice what it has stored", "mem/rt_counters.sv", "(s0_index_q == index_t'(i) ? '0 : waiting_q)", "waiting_q", LIB),
+    ("the arbiter changes its mind", "stream/rt_arbiter.sv", "locked_q <= !(out_ready_i && in_last_i[index]);", "locked_q <= 1'b0;", LIB),
+    ("the arbiter always prefers the lowest input", "stream/rt_arbiter.sv", "after_q[i] <= i > int'(index);", "after_q[i] <= 1'b1;", LIB),
+    ("turns prefer the lowest input", "stream/rt_turns.sv", "after_q <= ~(chosen | (chosen - 1'b1));", "after_q <= '1;", LIB),
+    ("turns serve an input twice", "stream/rt_turns.sv", "assign waiting = in_valid_i & ~grant_q;", "assign waiting = in_valid_i;", LIB),
+    ("a queue forgets what is on its way", "stream/rt_queue.sv", "<= Depth - 2 - Ahead;", "<= Depth - 1 - Ahead;", LIB),
+    ("the sequential divider forgets to wait for its output", "arith/rt_div_seq.sv", "default: if (out_ready_i) state_q <= Idle;",
      "default: state_q <= Idle;", LIB),
-    ("the RAM does not forward", "lib/rt_ram_sdp.sv", "use_forward_q ? forward_q : read_q", "read_q", LIB),
+    ("the RAM does not forward", "stream/rt_ram_sdp.sv", "use_forward_q ? forward_q : read_q", "read_q", LIB),
     # The caches.
-    ("a line is hit while it is overwritten", "cache/rt_cache.sv", ": taken_q && taken_way_q == 1'(w));", ": 1'b0);", CACHES),
-    ("a tag is believed while it is written", "cache/rt_cache.sv", "unsure2_q[p]    <= unsure1_q[p];", "unsure2_q[p]    <= 1'b0;", CACHES),
-    ("two misses on one line fetch it twice", "cache/rt_cache.sv", "same_q[free_q] <= place_miss_q.key == match_miss_q.key;", "same_q[free_q] <= 1'b0;", CACHES),
-    ("a line that could not be read stays", "cache/rt_cache.sv", "ending_q && !ending_error_q;", "ending_q;", CACHES),
-    ("a way is taken while it is filled", "cache/rt_cache.sv", "set_q & (active_q | fresh_q)", "set_q & fresh_q", CACHES),
-    ("a line is joined that has just ended", "cache/rt_cache.sv", "&& !(done_q && line[done_mshr_q]);", ";", CACHES),
-    ("a miss register is taken while somebody waits for its line", "cache/rt_cache.sv", "~active_q & ~waited_for &", "~active_q &", CACHES),
-    ("a one-way cache does not see its hits", "cache/rt_cache.sv", "Ways == 2 && way_hit_q[hit_port][Ways-1];", "way_hit_q[hit_port][Ways-1];", CACHES),
-    ("a line nobody comes for is kept", "cache/rt_cache.sv", "fresh_q & ~seen & ~(stale_q & ~waited_for);", "fresh_q & ~seen;", ("tb_cache", "rtl_cache_test", "*Lease*")),
-    ("the last of a list is not woken", "cache/rt_waiters.sv", "walk_q        <= walk_waiter_q != walk_last_q;", "walk_q        <= walk_next_waiter != walk_last_q;", CACHES),
+    ("a line is hit while it is overwritten", "mem/rt_cache.sv", ": taken_q && taken_way_q == 1'(w));", ": 1'b0);", CACHES),
+    ("a tag is believed while it is written", "mem/rt_cache.sv", "unsure2_q[p]    <= unsure1_q[p];", "unsure2_q[p]    <= 1'b0;", CACHES),
+    ("two misses on one line fetch it twice", "mem/rt_cache.sv", "same_q[free_q] <= place_miss_q.key == match_miss_q.key;", "same_q[free_q] <= 1'b0;", CACHES),
+    ("a line that could not be read stays", "mem/rt_cache.sv", "ending_q && !ending_error_q;", "ending_q;", CACHES),
+    ("a way is taken while it is filled", "mem/rt_cache.sv", "set_q & (active_q | fresh_q)", "set_q & fresh_q", CACHES),
+    ("a line is joined that has just ended", "mem/rt_cache.sv", "&& !(done_q && line[done_mshr_q]);", ";", CACHES),
+    ("a miss register is taken while somebody waits for its line", "mem/rt_cache.sv", "~active_q & ~waited_for &", "~active_q &", CACHES),
+    ("a one-way cache does not see its hits", "mem/rt_cache.sv", "Ways == 2 && way_hit_q[hit_port][Ways-1];", "way_hit_q[hit_port][Ways-1];", CACHES),
+    ("a line nobody comes for is kept", "mem/rt_cache.sv", "fresh_q & ~seen & ~(stale_q & ~waited_for);", "fresh_q & ~seen;", ("tb_cache", "rtl_cache_test", "*Lease*")),
+    ("the last of a list is not woken", "mem/rt_waiters.sv", "walk_q        <= walk_waiter_q != walk_last_q;", "walk_q        <= walk_next_waiter != walk_last_q;", CACHES),
     # Generations of contexts.
-    ("no generation ever ends", "top/rt_generation.sv", "if (clock_q == '1) hold_q <= 1'b1;", "if (1'b0) hold_q <= 1'b1;", GENERATIONS),
+    ("no generation ever ends", "pipe/rt_generation.sv", "if (clock_q == '1) hold_q <= 1'b1;", "if (1'b0) hold_q <= 1'b1;", GENERATIONS),
+    # Rays from a camera, pixels from hits.
+    ("a pixel enters a half of the slots that is not empty", "ray/rt_raster.sv", "!first_of_half || unfinished_q[slot_q[SlotBits-1]] == '0;", "1'b1;", PIXELS),
+    ("a ray that leaves the box behind it is traced", "ray/rt_raster.sv", "signed'(entry.direction[a]) <= 0) passes = 1'b1;", "1'b0) passes = 1'b1;", PIXELS),
+    ("a tile is as wide as the frame", "ray/rt_raster.sv", "next_x_q == tile_right_q || next_x_q == frame_i.width", "next_x_q == frame_i.width", PIXELS),
+    ("a tile begins in the row where the one before ended", "ray/rt_raster.sv", "ends_band ? next_row_q : tile_row_q;", "next_row_q;", PIXELS),
+    ("the camera is done with samples on their way", "ray/rt_raster.sv", "state_q == Idle && inside_q == '0 &&", "state_q == Idle &&", PIXELS),
+    ("every triangle has the material of the one before", "ray/rt_shade.sv", "last_valid_d && last_id_d == in.id;", "last_valid_d;", PIXELS),
+    ("an error in a beat is forgotten", "ray/rt_shade.sv", "error_q <= fill_error && !fill_last;", "error_q <= 1'b0;", PIXELS),
+    ("a slot keeps the sum of its last pixel", "ray/rt_shade.sv", "store && !last ?", "store ?", PIXELS),
+    ("bright light wraps", "ray/rt_light.sv", "lit_sum[LitBits] ? '1 :", "1'b0 ? '1 :", PIXELS),
+    ("the back of a surface is dark", "ray/rt_light.sv", "sum_q < 0 ? (SumBits - 1)'(-sum_q)", "sum_q < 0 ? '0", PIXELS),
     # The board.
     ("a damaged frame is carried out", "board/rt_link_rx.sv", "good_o  <= crc_q == rt_board_pkg::CrcGood &&", "good_o  <=", BOARD),
     ("a repeated frame is carried out again", "board/rt_link.sv", "assign repeated = last_valid_q &&", "assign repeated = 1'b0 &&", BOARD),
@@ -137,11 +149,10 @@ MUTANTS = [
     ("write data of the masters are mixed up", "board/rt_axi_mux.sv", ".in_data_i  (aw_index),", ".in_data_i  (!aw_index),", PARTS),
 ]
 
-FOLDERS = ["lib", "stages", "cache", "regs", "top", "board"]
 SOURCES = rtl_packages()
 # Models that a test program has under another name or with parameters of its own, as CMake verilates them.
-PREFIX = {"rt_board": "Vrt_board_small", "rt_top": "Vrt_small"}
-PARAMETERS = {"rt_top": ["+define+RT_CONFIG=ConfigSmall"], "rt_board": ["+define+RT_CONFIG=ConfigSmall", "-GDivisor=1024", "-GMemoryBytes=32768"]}
+PREFIX = {"tb_pixels": "Vtb_pixels_g64", "rt_board": "Vrt_board_small"}
+PARAMETERS = {"tb_pixels": ["-GDataBits=64", "-GGranuleBytes=64"], "rt_board": ["+define+RT_CONFIG=ConfigSmall", "-GDivisor=1024", "-GMemoryBytes=32768"]}
 
 
 CACHE = ["ccache"] if shutil.which("ccache") else []  # most of a large model is what it was
@@ -167,12 +178,15 @@ def source_of(mutant):
     return text
 
 
-def verilate(model, rtl, objects):
-    """Makes the C++ of a model whose sources are in `rtl`."""
+def verilate(model, rtl, objects, configuration=None):
+    """Makes the C++ of a model whose sources are in `rtl`; a core has a configuration."""
+    prefix, parameters = PREFIX.get(model, "V" + model), PARAMETERS.get(model, [])
+    if configuration:
+        prefix, parameters = "Vrt_" + configuration, ["+define+RT_CONFIG=Config" + configuration.capitalize()]
     top = "testbench/sim/sv/%s.sv" % model if model.startswith("tb_") else glob.glob("%s/*/%s.sv" % (rtl, model))[0]
     step = run(["verilator", "--cc", "--assert", "-O3", "--x-assign", "fast", "--x-initial", "unique", "-Wno-fatal", "-Wno-lint", "--output-split", "20000",
-                *[word for folder in FOLDERS for word in ("-y", os.path.join(rtl, folder))], "+incdir+" + rtl + "/lib", "--Mdir", objects,
-                "--prefix", PREFIX.get(model, "V" + model), "--top-module", model, *PARAMETERS.get(model, []), *[os.path.join(rtl, s) for s in SOURCES], top])
+                *[word for room in rtl_rooms() for word in ("-y", os.path.join(rtl, room))], "+incdir+" + rtl + "/pkg", "--Mdir", objects,
+                "--prefix", prefix, "--top-module", model, *parameters, *[os.path.join(rtl, s) for s in SOURCES], top])
     if step.returncode != 0:
         raise RuntimeError("verilator: %s" % step.stderr[-2000:])
 
@@ -236,7 +250,7 @@ def check(mutant, build, work, links, vectors):
 
 def with_choices(path, mutants):
     """Text of a file of the core in which each of its mutants, a number and a row of core_mutants.py, is chosen by its number."""
-    with open(os.path.join("rtl", "top", path)) as file:
+    with open(os.path.join("rtl", path)) as file:
         text = file.read()
     insertions = []  # (where, closing ones first and outer ones before inner ones, what)
     for number, (name, _, context, new) in mutants:
@@ -255,8 +269,8 @@ MUTANT_PACKAGE = """package rt_mutant_pkg;
   int unsigned chosen = $c32("(std::getenv(\\"RETRACE_MUTANT\\") ? std::atoi(std::getenv(\\"RETRACE_MUTANT\\")) : 0)");
 endpackage
 """
-# The tests of the core that take the configuration the model has, the quick ones first.
-CORE_TESTS = [
+# The tests of the core that take the configuration the model has, the quick ones first: (mutants, configuration, tests).
+SMALL_TESTS = [
     ("rtl_core_test", "RtlCore.A*:RtlCore.Counters*:RtlCore.Rays*:RtlCore.StepLimit"),
     ("rtl_core_test", "*_small_*:RtlCore.Rows*:RtlCore.Corrupt*:RtlCore.Header*:RtlCore.Read*:RtlCore.Write*"),
     ("rtl_core_test", "RtlCoreSink.*"),
@@ -264,26 +278,33 @@ CORE_TESTS = [
     ("rtl_bus_test", "RtlBus.*"),
     ("rtl_core_test", "RtlCore.Every*"),
 ]
+TWO_LEVEL_TESTS = [
+    ("rtl_two_level_test", "*EqualTheKernel*/1:RtlTwoLevel.Headers*"),
+    ("rtl_two_level_test", "*EqualTheKernel*/12:RtlTwoLevel.StepLimit*:RtlTwoLevel.Leaves*"),
+    ("rtl_two_level_test", "RtlTwoLevel.*"),
+    ("rtl_two_level_test", "*EqualTheKernel*/100"),
+]
+CORES = [(core_mutants.MUTANTS, "small", SMALL_TESTS), (core_mutants.TWO_LEVELS, "saarcor", TWO_LEVEL_TESTS)]
 
 
 def core_files(numbered):
     return {path: with_choices(path, [m for m in numbered if m[1][1] == path]) for path in sorted({m[1][1] for m in numbered})}
 
 
-def check_core(numbered, build, work, links, jobs):
+def check_core(numbered, configuration, tests, build, work, links, jobs):
     """Yields (name, seconds, the tests that failed) for each mutant of the core; RuntimeError if the model cannot be made or is wrong without a mutant."""
-    folder = os.path.join(work, "core")
+    folder = os.path.join(work, "core_" + configuration)
     shutil.rmtree(folder, ignore_errors=True)
     rtl, objects = os.path.join(folder, "rtl"), os.path.join(folder, "obj")
     shutil.copytree("rtl", rtl)
     for path, text in core_files(numbered).items():
-        with open(os.path.join(rtl, "top", path), "w") as file:
+        with open(os.path.join(rtl, path), "w") as file:
             file.write(text)
     with open(os.path.join(rtl, SOURCES[0]), "a") as file:
         file.write(MUTANT_PACKAGE)
-    verilate("rt_top", rtl, objects)
+    verilate("rt_top", rtl, objects, configuration)
     compiled = compile_model("rt_top", objects, jobs)
-    for test in {test for test, _ in CORE_TESTS}:
+    for test in {test for test, _ in tests}:
         link(links[test], build, os.path.abspath(os.path.join(folder, test)), compiled)
 
     def run_tests(number, test, pattern, limit):
@@ -304,7 +325,7 @@ def check_core(numbered, build, work, links, jobs):
     # Most mutants fail in the first group of tests; the others are for those that are left.
     spent = dict.fromkeys((number for number, _ in numbered), 0.0)
     with ThreadPoolExecutor(jobs) as pool:
-        for test, pattern in CORE_TESTS:
+        for test, pattern in tests:
             if not numbered:
                 break
             failed, seconds = run_tests(0, test, pattern, 3600)
@@ -328,12 +349,16 @@ def main():
     parser = argparse.ArgumentParser(description="Mutants of the RTL and the tests that catch them.")
     parser.add_argument("--build", default="build/release", help="a Ninja build with the tests of the RTL")
     parser.add_argument("--only", default="", help="mutants whose name or file holds this text")
+    parser.add_argument("--core", action="store_true", help="only those of the whole core, which are one model")
+    parser.add_argument("--config", default="", help="of the core: only the mutants of this configuration, small or saarcor (two levels)")
     parser.add_argument("--list", action="store_true", help="list the mutants; one whose text is not in the RTL is an error")
     parser.add_argument("--vectors", type=int, default=1000000, help="vectors a stage")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     arguments = parser.parse_args()
-    mutants = [m for m in MUTANTS if arguments.only in m[0] or arguments.only in m[1]]
-    core = [(i, m) for i, m in enumerate(core_mutants.MUTANTS, 1) if arguments.only in m[0] or arguments.only in "top/" + m[1]]
+    mutants = [m for m in MUTANTS if not arguments.core and (arguments.only in m[0] or arguments.only in m[1])]
+    cores = [([(i, m) for i, m in enumerate(rows, 1) if arguments.only in m[0] or arguments.only in m[1]], configuration, tests)
+             for rows, configuration, tests in CORES if arguments.config in ("", configuration)]
+    core = [mutant for rows, _, _ in cores for mutant in rows]
     if arguments.list:
         stale = 0
         for mutant in mutants:
@@ -344,14 +369,14 @@ def main():
                 print("mutants: %s" % error, file=sys.stderr)
                 stale += 1
         for mutant in core:
-            print("%-70s top/%s" % mutant[1][:2])
+            print("%-70s %s" % mutant[1][:2])
             try:
                 with_choices(mutant[1][1], [mutant])
             except RuntimeError as error:
                 print("mutants: %s" % error, file=sys.stderr)
                 stale += 1
         return 1 if stale else 0
-    tests = sorted({m[4][1] for m in mutants} | {test for test, _ in CORE_TESTS if core})
+    tests = sorted({m[4][1] for m in mutants} | {test for rows, _, groups in cores if rows for test, _ in groups})
     step = subprocess.run(["ninja", "-C", arguments.build, *tests], stdout=subprocess.DEVNULL)
     if step.returncode != 0:
         print("mutants: cannot build %s in %s" % (" ".join(tests), arguments.build), file=sys.stderr)
@@ -372,9 +397,11 @@ def main():
             except RuntimeError as error:
                 survivors += 1
                 print("BROKEN    %s" % error, flush=True)
-    if core:
+    for rows, configuration, groups in cores:
+        if not rows:
+            continue
         try:
-            for result in check_core(core, arguments.build, work, links, arguments.jobs):
+            for result in check_core(rows, configuration, groups, arguments.build, work, links, arguments.jobs):
                 survivors += report(*result)
         except RuntimeError as error:
             print("mutants: %s" % error, file=sys.stderr)

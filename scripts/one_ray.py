@@ -259,7 +259,7 @@ The differences are what fixed point costs; [error bounds](error-bounds.md) prov
 
 ## Go on
 
-- The sources of a stage are short: `hls/stages/`, beside it `golden/engine/stages/` in doubles and `rtl/stages/` in SystemVerilog.
+- The sources of a stage are short: `hls/stages/`, beside it `golden/engine/stages/` in doubles and `rtl/` in SystemVerilog.
 - Another pixel: `six_stages box 64x64 20,20`. It prints JSON, one record a call.
 - Why the walk never loses a ray: [memory image](memory-image.md#links-precisely). How the core keeps many rays in flight: [the RTL core](core.md).
 """ % (finish["out"]["id"], table(["", "code", "value", "golden", "difference"], rows)))

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Lints every RTL module: verilator -Wall with the waivers of rtl/waivers.vlt, then Yosys with its slang frontend where pyosys is installed
-# (.env/py): it must accept the module, find no combinational loop, no multiple driver and no latch.
+# (.env/py): it must accept the module, find no combinational loop, no multiple driver and no latch. MODULE:CONFIG is a module in a configuration that is
+# not its default; rt_top:ConfigSaarcor, the core of two levels, is one of all.
 # Usage: scripts/rtl_lint.sh [--require-yosys] [module...]
 set -uo pipefail
 cd "$(dirname "$0")/.."
@@ -11,37 +12,36 @@ if [ "${1:-}" = --require-yosys ]; then
   shift
 fi
 
-dirs=()
-for dir in rtl/lib rtl/stages rtl/cache rtl/regs rtl/top rtl/board; do
-  if [ -d "$dir" ]; then dirs+=("$dir"); fi
-done
-# Packages of a folder and of those before it; the cache also reads the core's sizes.
+mapfile -t dirs < <(sed -e '/^#/d' -e 's,^,rtl/,' rtl/rooms.txt)
+# Packages of the rooms up to a module's own.
 packages_of() {
-  echo rtl/pkg/rt_contract_pkg.sv
-  echo rtl/pkg/rt_config_pkg.sv
   local dir
   for dir in "${dirs[@]}"; do
-    find "$dir" -name '*_pkg.sv' | sort
+    sed -n "s,^\(${dir#rtl/}/.*_pkg.sv\)\$,rtl/\1,p" rtl/packages.txt
     if [ "$dir" = "$(dirname "$1")" ]; then break; fi
   done
-  if [ "$(dirname "$1")" = rtl/cache ]; then echo rtl/top/rt_core_pkg.sv; fi
 }
 modules=("$@")
 if ((${#modules[@]} == 0)); then
   for file in $(find "${dirs[@]}" -name 'rt_*.sv' ! -name '*_pkg.sv' | sort); do modules+=("$(basename "$file" .sv)"); done
+  modules+=(rt_top:ConfigSaarcor)
 fi
 
 failed=0
 includes=()
-for dir in "${dirs[@]}"; do includes+=(-y "$dir" "+incdir+$dir"); done
+for dir in "${dirs[@]}"; do includes+=(-y "$dir"); done
+includes+=(+incdir+rtl/pkg)
 tasks=()
-for module in "${modules[@]}"; do
+for named in "${modules[@]}"; do
+  module=${named%:*}
+  config=()
+  if [ "$named" != "$module" ]; then config=("RT_CONFIG=${named#*:}"); fi
   file=$(find "${dirs[@]}" -name "$module.sv")
   mapfile -t packages < <(packages_of "$file")
-  tasks+=("$module ${packages[*]} $file")
-  if ! verilator --lint-only -Wall --assert "${includes[@]}" rtl/waivers.vlt "${packages[@]}" "$file" \
+  tasks+=("$module ${config[*]/#/-D } ${packages[*]} $file")
+  if ! verilator --lint-only -Wall --assert "${includes[@]}" "${config[@]/#/+define+}" rtl/waivers.vlt "${packages[@]}" "$file" \
     --top-module "$module"; then
-    echo "rtl_lint: verilator finds fault with $module" >&2
+    echo "rtl_lint: verilator finds fault with $named" >&2
     failed=1
   fi
 done
@@ -53,12 +53,15 @@ import os
 import subprocess
 import sys
 
-folders = "-y rtl/lib -y rtl/stages -y rtl/cache -y rtl/regs -y rtl/top -y rtl/board"
+sys.path.insert(0, "scripts")
+from rtl_rooms import rtl_rooms
+
+folders = " ".join("-y rtl/" + room for room in rtl_rooms())
 bad = 0
 for task in sys.argv[1:]:
     module, files = task.split(" ", 1)
     script = "; ".join([
-        "read_slang -j 1 --top %s -I rtl/lib %s %s" % (module, folders, files),
+        "read_slang -j 1 --top %s -I rtl/pkg %s %s" % (module, folders, files),
         "hierarchy -check -top " + module, "proc", "flatten", "opt_clean", "check -assert", "select -assert-none t:$dlatch t:$adlatch"])
     program = "from pyosys import libyosys as ys; d = ys.Design(); [ys.run_pass(c, d) for c in %r.split('; ')]" % script
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)

@@ -4,13 +4,14 @@ usage: rtl_table.py [--build build/release] [--check]
 --check measures latency and interval again and compares them with the committed page (no synthesis).
 """
 import argparse
+import glob
 import json
 import os
 import re
 import subprocess
 import sys
 
-from rtl_packages import rtl_packages
+from rtl_rooms import rtl_packages, rtl_rooms
 
 PAGE = "docs/rtl-stages.md"
 STAGES = ["ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish", "instance_enter"]
@@ -21,7 +22,7 @@ HEAD = """# The RTL stages in figures
 <!-- Written by scripts/rtl_table.py. Do not edit. -->
 
 Latency is counted from the clock in which an input is accepted to the clock in which its result is valid; the interval is the number of clocks from
-one acceptance to the next with nothing stalled. Both are measured in Verilator (`rtl_stages --json`) and equal to `rtl/stages/rt_stage_pkg.sv`.
+one acceptance to the next with nothing stalled. Both are measured in Verilator (`rtl_stages --json`) and equal to `rtl/pkg/rt_stage_pkg.sv`.
 Cells are what Yosys (`synth_ecp5`, %s) makes of each stage with a 16-bit tag, before placement: 18 x 18 multipliers, 4-input LUTs, two-bit
 carry cells, flip-flops, 16 x 4 distributed RAMs, block RAMs.
 
@@ -30,7 +31,7 @@ carry cells, flip-flops, 16 x 4 distributed RAMs, block RAMs.
 """
 TAIL = """
 `ray_setup` and `instance_enter` send their three axes, `hit_finish` its two coordinates, through one pipelined divider, hence their intervals. Every
-product of two codes of 27 or 32 bits is four blocks. How to read the contract of a stage: the head of `rtl/stages/rt_<stage>.sv`.
+product of two codes of 27 or 32 bits is four blocks. How to read the contract of a stage: the head of `rtl/*/rt_<stage>.sv`.
 """
 
 
@@ -45,14 +46,16 @@ def synthesize(stage):
 import sys
 from pyosys import libyosys as ys
 design = ys.Design()
-for command in ["read_slang -j 1 --top rt_{0} -I rtl/lib -y rtl/lib -y rtl/stages {2} rtl/stages/rt_{0}.sv", "synth_ecp5 -top rt_{0}", "tee -q -o {1} stat -json"]:
+for command in ["read_slang -j 1 --top rt_{0} -I rtl/pkg {3} {2} {4}", "synth_ecp5 -top rt_{0}", "tee -q -o {1} stat -json"]:
     ys.run_pass(command, design)
 """
     out = "build/rtl_table_%s.json" % stage
-    packages = " ".join("rtl/" + path for path in rtl_packages("pkg", "lib", "stages"))
+    packages = " ".join("rtl/" + path for path in rtl_packages("pkg"))
+    folders = " ".join("-y rtl/" + room for room in rtl_rooms("core"))
+    source, = glob.glob("rtl/*/rt_%s.sv" % stage)
     os.makedirs("build", exist_ok=True)
     python = os.environ.get("RETRACE_PYTHON", ".env/py/bin/python")
-    run = subprocess.run([python, "-c", program.format(stage, out, packages)], capture_output=True, text=True)
+    run = subprocess.run([python, "-c", program.format(stage, out, packages, folders, source)], capture_output=True, text=True)
     if run.returncode != 0:
         sys.exit("rtl_table: yosys failed on rt_%s\n%s" % (stage, (run.stdout + run.stderr)[-2000:]))
     with open(out) as file:

@@ -20,16 +20,19 @@ if {[catch {current_project}]} {
     if {$name ne "" && ![string match "#*" $name] && ![string match "board/*" $name]} { lappend files [file join $root rtl $name] }
   }
   close $channel
-  foreach folder {lib stages cache regs top} {
-    foreach file [lsort [glob [file join $root rtl $folder rt_*.sv]]] {
+  set channel [open [file join $root rtl rooms.txt]]
+  foreach room [split [read $channel] "\n"] {
+    if {$room eq "" || [string match "#*" $room] || $room eq "board"} { continue }
+    foreach file [lsort [glob -nocomplain [file join $root rtl $room rt_*.sv]]] {
       if {[lsearch $files $file] < 0} { lappend files $file }
     }
   }
+  close $channel
   read_verilog -sv $files
-  read_verilog [file join $root rtl top rt_axi.v]
+  read_verilog [file join $root rtl shell rt_axi.v]
 }
 # FuseSoC sources this script before it sets the include folders of its project.
-set_property include_dirs [list [file join $root rtl lib]] [current_fileset]
+set_property include_dirs [list [file join $root rtl pkg]] [current_fileset]
 set_property verilog_define [list RT_CONFIG=$config] [current_fileset]
 # Defines of this project do not travel with the IP, so the configuration does as a global include.
 file mkdir $output

@@ -397,6 +397,374 @@ struct RayRecord {
   friend bool operator==(const RayRecord&, const RayRecord&) = default;
 };
 
+/// Camera: the transform from a frame to the grid, as of an instance, and how far it sees. Row i of it is 2^e[i] (m[3 i .. 3 i + 2], b[i]).
+struct CameraRecord {
+  static constexpr int kWords = 8;
+  std::array<std::int32_t, 9> m{};  ///< Rows of the matrix: a step in x, a step in y, twice the way ahead.
+  std::array<std::int64_t, 3> b{};  ///< Constants of the rows: where the eye is.
+  std::array<std::uint32_t, 3> e{};  ///< Exponents of the rows.
+  std::array<std::int32_t, 6> box{};  ///< Box by face; holds the root box of the tree.
+  std::uint32_t reach{};  ///< Hits with t < reach count.
+  std::uint32_t orthographic{};  ///< x and y move the origin; otherwise they turn the direction.
+
+  static constexpr CameraRecord unpack(const std::uint64_t* words) {
+    CameraRecord r;
+    r.m[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 0, 32), 32));
+    r.m[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 32, 32), 32));
+    r.m[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 64, 32), 32));
+    r.m[3] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 96, 32), 32));
+    r.m[4] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 128, 32), 32));
+    r.m[5] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 160, 32), 32));
+    r.m[6] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 192, 32), 32));
+    r.m[7] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 224, 32), 32));
+    r.m[8] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 256, 32), 32));
+    r.b[0] = static_cast<std::int64_t>(detail::sign_extend(detail::get_bits(words, 288, 34), 34));
+    r.b[1] = static_cast<std::int64_t>(detail::sign_extend(detail::get_bits(words, 322, 34), 34));
+    r.b[2] = static_cast<std::int64_t>(detail::sign_extend(detail::get_bits(words, 356, 34), 34));
+    r.e[0] = static_cast<std::uint32_t>(detail::get_bits(words, 390, 5));
+    r.e[1] = static_cast<std::uint32_t>(detail::get_bits(words, 395, 5));
+    r.e[2] = static_cast<std::uint32_t>(detail::get_bits(words, 400, 5));
+    r.box[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 405, 8), 8));
+    r.box[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 413, 8), 8));
+    r.box[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 421, 8), 8));
+    r.box[3] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 429, 8), 8));
+    r.box[4] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 437, 8), 8));
+    r.box[5] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 445, 8), 8));
+    r.reach = static_cast<std::uint32_t>(detail::get_bits(words, 453, 28));
+    r.orthographic = static_cast<std::uint32_t>(detail::get_bits(words, 481, 1));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[0])));
+    detail::put_bits(words, 32, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[1])));
+    detail::put_bits(words, 64, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[2])));
+    detail::put_bits(words, 96, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[3])));
+    detail::put_bits(words, 128, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[4])));
+    detail::put_bits(words, 160, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[5])));
+    detail::put_bits(words, 192, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[6])));
+    detail::put_bits(words, 224, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[7])));
+    detail::put_bits(words, 256, 32, static_cast<std::uint64_t>(static_cast<std::int64_t>(m[8])));
+    detail::put_bits(words, 288, 34, static_cast<std::uint64_t>(static_cast<std::int64_t>(b[0])));
+    detail::put_bits(words, 322, 34, static_cast<std::uint64_t>(static_cast<std::int64_t>(b[1])));
+    detail::put_bits(words, 356, 34, static_cast<std::uint64_t>(static_cast<std::int64_t>(b[2])));
+    detail::put_bits(words, 390, 5, e[0]);
+    detail::put_bits(words, 395, 5, e[1]);
+    detail::put_bits(words, 400, 5, e[2]);
+    detail::put_bits(words, 405, 8, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[0])));
+    detail::put_bits(words, 413, 8, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[1])));
+    detail::put_bits(words, 421, 8, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[2])));
+    detail::put_bits(words, 429, 8, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[3])));
+    detail::put_bits(words, 437, 8, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[4])));
+    detail::put_bits(words, 445, 8, static_cast<std::uint64_t>(static_cast<std::int64_t>(box[5])));
+    detail::put_bits(words, 453, 28, reach);
+    detail::put_bits(words, 481, 1, orthographic);
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    for (auto x : b) ok = ok && detail::fits_signed(x, 34);
+    for (auto x : e) ok = ok && detail::fits_unsigned(x, 5);
+    for (auto x : box) ok = ok && detail::fits_signed(x, 8);
+    ok = ok && detail::fits_unsigned(reach, 28);
+    ok = ok && detail::fits_unsigned(orthographic, 1);
+    return ok;
+  }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    for (auto& x : m) visitor("m", x, 32);
+    for (auto& x : b) visitor("b", x, 34);
+    for (auto& x : e) visitor("e", x, 5);
+    for (auto& x : box) visitor("box", x, 8);
+    visitor("reach", reach, 28);
+    visitor("orthographic", orthographic, 1);
+  }
+  friend bool operator==(const CameraRecord&, const CameraRecord&) = default;
+};
+
+/// Frame: what pixels there are, in which order, and how they are lit.
+struct FrameRecord {
+  static constexpr int kWords = 4;
+  std::uint32_t width{};  ///< Pixels.
+  std::uint32_t height{};
+  std::uint32_t tile_x{};  ///< Logarithm of the width of a tile. Tiles follow each other in rows; so do pixels in a tile.
+  std::uint32_t tile_y{};  ///< Of its height.
+  std::uint32_t samples{};  ///< Logarithm of the samples a pixel.
+  std::uint32_t kind{};  ///< What pixels hold.
+  std::uint32_t ambient{};  ///< Light from everywhere, 1/256 of full light.
+  std::uint32_t diffuse{};  ///< Light from one side, on a surface that faces it.
+  std::array<std::uint32_t, 3> background{};  ///< Where nothing is hit.
+  std::array<std::uint32_t, 4> offset_x{};  ///< Place of each sample in its pixel, 1/256; 128 is the middle.
+  std::array<std::uint32_t, 4> offset_y{};
+  std::array<std::int32_t, 3> light{};  ///< Direction to the light; surfaces have two sides.
+
+  static constexpr FrameRecord unpack(const std::uint64_t* words) {
+    FrameRecord r;
+    r.width = static_cast<std::uint32_t>(detail::get_bits(words, 0, 13));
+    r.height = static_cast<std::uint32_t>(detail::get_bits(words, 13, 13));
+    r.tile_x = static_cast<std::uint32_t>(detail::get_bits(words, 26, 3));
+    r.tile_y = static_cast<std::uint32_t>(detail::get_bits(words, 29, 3));
+    r.samples = static_cast<std::uint32_t>(detail::get_bits(words, 32, 2));
+    r.kind = static_cast<std::uint32_t>(detail::get_bits(words, 34, 3));
+    r.ambient = static_cast<std::uint32_t>(detail::get_bits(words, 37, 8));
+    r.diffuse = static_cast<std::uint32_t>(detail::get_bits(words, 45, 8));
+    r.background[0] = static_cast<std::uint32_t>(detail::get_bits(words, 53, 8));
+    r.background[1] = static_cast<std::uint32_t>(detail::get_bits(words, 61, 8));
+    r.background[2] = static_cast<std::uint32_t>(detail::get_bits(words, 69, 8));
+    r.offset_x[0] = static_cast<std::uint32_t>(detail::get_bits(words, 77, 8));
+    r.offset_x[1] = static_cast<std::uint32_t>(detail::get_bits(words, 85, 8));
+    r.offset_x[2] = static_cast<std::uint32_t>(detail::get_bits(words, 93, 8));
+    r.offset_x[3] = static_cast<std::uint32_t>(detail::get_bits(words, 101, 8));
+    r.offset_y[0] = static_cast<std::uint32_t>(detail::get_bits(words, 109, 8));
+    r.offset_y[1] = static_cast<std::uint32_t>(detail::get_bits(words, 117, 8));
+    r.offset_y[2] = static_cast<std::uint32_t>(detail::get_bits(words, 125, 8));
+    r.offset_y[3] = static_cast<std::uint32_t>(detail::get_bits(words, 133, 8));
+    r.light[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 141, 13), 13));
+    r.light[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 154, 13), 13));
+    r.light[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 167, 13), 13));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 13, width);
+    detail::put_bits(words, 13, 13, height);
+    detail::put_bits(words, 26, 3, tile_x);
+    detail::put_bits(words, 29, 3, tile_y);
+    detail::put_bits(words, 32, 2, samples);
+    detail::put_bits(words, 34, 3, kind);
+    detail::put_bits(words, 37, 8, ambient);
+    detail::put_bits(words, 45, 8, diffuse);
+    detail::put_bits(words, 53, 8, background[0]);
+    detail::put_bits(words, 61, 8, background[1]);
+    detail::put_bits(words, 69, 8, background[2]);
+    detail::put_bits(words, 77, 8, offset_x[0]);
+    detail::put_bits(words, 85, 8, offset_x[1]);
+    detail::put_bits(words, 93, 8, offset_x[2]);
+    detail::put_bits(words, 101, 8, offset_x[3]);
+    detail::put_bits(words, 109, 8, offset_y[0]);
+    detail::put_bits(words, 117, 8, offset_y[1]);
+    detail::put_bits(words, 125, 8, offset_y[2]);
+    detail::put_bits(words, 133, 8, offset_y[3]);
+    detail::put_bits(words, 141, 13, static_cast<std::uint64_t>(static_cast<std::int64_t>(light[0])));
+    detail::put_bits(words, 154, 13, static_cast<std::uint64_t>(static_cast<std::int64_t>(light[1])));
+    detail::put_bits(words, 167, 13, static_cast<std::uint64_t>(static_cast<std::int64_t>(light[2])));
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    ok = ok && detail::fits_unsigned(width, 13);
+    ok = ok && detail::fits_unsigned(height, 13);
+    ok = ok && detail::fits_unsigned(tile_x, 3);
+    ok = ok && detail::fits_unsigned(tile_y, 3);
+    ok = ok && detail::fits_unsigned(samples, 2);
+    ok = ok && detail::fits_unsigned(kind, 3);
+    ok = ok && detail::fits_unsigned(ambient, 8);
+    ok = ok && detail::fits_unsigned(diffuse, 8);
+    for (auto x : background) ok = ok && detail::fits_unsigned(x, 8);
+    for (auto x : offset_x) ok = ok && detail::fits_unsigned(x, 8);
+    for (auto x : offset_y) ok = ok && detail::fits_unsigned(x, 8);
+    for (auto x : light) ok = ok && detail::fits_signed(x, 13);
+    return ok;
+  }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    visitor("width", width, 13);
+    visitor("height", height, 13);
+    visitor("tile_x", tile_x, 3);
+    visitor("tile_y", tile_y, 3);
+    visitor("samples", samples, 2);
+    visitor("kind", kind, 3);
+    visitor("ambient", ambient, 8);
+    visitor("diffuse", diffuse, 8);
+    for (auto& x : background) visitor("background", x, 8);
+    for (auto& x : offset_x) visitor("offset_x", x, 8);
+    for (auto& x : offset_y) visitor("offset_y", x, 8);
+    for (auto& x : light) visitor("light", x, 13);
+  }
+  friend bool operator==(const FrameRecord&, const FrameRecord&) = default;
+};
+
+/// What shading needs of a triangle, by its id.
+struct MaterialRecord {
+  static constexpr int kWords = 1;
+  std::array<std::int32_t, 3> normal{};  ///< Unit normal on the grid.
+  std::array<std::uint32_t, 3> colour{};  ///< Red, green, blue.
+  std::uint32_t unlit{};  ///< Shows its colour whatever the light.
+
+  static constexpr MaterialRecord unpack(const std::uint64_t* words) {
+    MaterialRecord r;
+    r.normal[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 0, 13), 13));
+    r.normal[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 13, 13), 13));
+    r.normal[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 26, 13), 13));
+    r.colour[0] = static_cast<std::uint32_t>(detail::get_bits(words, 39, 8));
+    r.colour[1] = static_cast<std::uint32_t>(detail::get_bits(words, 47, 8));
+    r.colour[2] = static_cast<std::uint32_t>(detail::get_bits(words, 55, 8));
+    r.unlit = static_cast<std::uint32_t>(detail::get_bits(words, 63, 1));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 13, static_cast<std::uint64_t>(static_cast<std::int64_t>(normal[0])));
+    detail::put_bits(words, 13, 13, static_cast<std::uint64_t>(static_cast<std::int64_t>(normal[1])));
+    detail::put_bits(words, 26, 13, static_cast<std::uint64_t>(static_cast<std::int64_t>(normal[2])));
+    detail::put_bits(words, 39, 8, colour[0]);
+    detail::put_bits(words, 47, 8, colour[1]);
+    detail::put_bits(words, 55, 8, colour[2]);
+    detail::put_bits(words, 63, 1, unlit);
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    for (auto x : normal) ok = ok && detail::fits_signed(x, 13);
+    for (auto x : colour) ok = ok && detail::fits_unsigned(x, 8);
+    ok = ok && detail::fits_unsigned(unlit, 1);
+    return ok;
+  }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    for (auto& x : normal) visitor("normal", x, 13);
+    for (auto& x : colour) visitor("colour", x, 8);
+    visitor("unlit", unlit, 1);
+  }
+  friend bool operator==(const MaterialRecord&, const MaterialRecord&) = default;
+};
+
+/// Ray of a sample, for the kernels' streams. All 0 but pixel and bad where it passes the root box by.
+struct RasterOutRecord {
+  static constexpr int kWords = 8;
+  std::array<std::int32_t, 3> origin{};  ///< Where the ray comes near the root box; it may lie outside.
+  std::array<std::int32_t, 3> direction{};
+  std::uint32_t t_max{};
+  std::uint32_t scale{};  ///< k: the camera's t of a hit at t is (start 2^20 + t) >> k.
+  std::uint32_t start{};
+  std::uint32_t pixel{};
+  std::uint32_t enters{};  ///< There is a ray to trace.
+  std::uint32_t bad{};  ///< The camera is none that a host writes.
+
+  static constexpr RasterOutRecord unpack(const std::uint64_t* words) {
+    RasterOutRecord r;
+    r.origin[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 0, 27), 27));
+    r.origin[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 27, 27), 27));
+    r.origin[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 54, 27), 27));
+    r.direction[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 81, 27), 27));
+    r.direction[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 108, 27), 27));
+    r.direction[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 135, 27), 27));
+    r.t_max = static_cast<std::uint32_t>(detail::get_bits(words, 162, 27));
+    r.scale = static_cast<std::uint32_t>(detail::get_bits(words, 189, 5));
+    r.start = static_cast<std::uint32_t>(detail::get_bits(words, 194, 23));
+    r.pixel = static_cast<std::uint32_t>(detail::get_bits(words, 217, 23));
+    r.enters = static_cast<std::uint32_t>(detail::get_bits(words, 240, 1));
+    r.bad = static_cast<std::uint32_t>(detail::get_bits(words, 241, 1));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[0])));
+    detail::put_bits(words, 27, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[1])));
+    detail::put_bits(words, 54, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(origin[2])));
+    detail::put_bits(words, 81, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(direction[0])));
+    detail::put_bits(words, 108, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(direction[1])));
+    detail::put_bits(words, 135, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(direction[2])));
+    detail::put_bits(words, 162, 27, t_max);
+    detail::put_bits(words, 189, 5, scale);
+    detail::put_bits(words, 194, 23, start);
+    detail::put_bits(words, 217, 23, pixel);
+    detail::put_bits(words, 240, 1, enters);
+    detail::put_bits(words, 241, 1, bad);
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    for (auto x : origin) ok = ok && detail::fits_signed(x, 27);
+    for (auto x : direction) ok = ok && detail::fits_signed(x, 27);
+    ok = ok && detail::fits_unsigned(t_max, 27);
+    ok = ok && detail::fits_unsigned(scale, 5);
+    ok = ok && detail::fits_unsigned(start, 23);
+    ok = ok && detail::fits_unsigned(pixel, 23);
+    ok = ok && detail::fits_unsigned(enters, 1);
+    ok = ok && detail::fits_unsigned(bad, 1);
+    return ok;
+  }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    for (auto& x : origin) visitor("origin", x, 27);
+    for (auto& x : direction) visitor("direction", x, 27);
+    visitor("t_max", t_max, 27);
+    visitor("scale", scale, 5);
+    visitor("start", start, 23);
+    visitor("pixel", pixel, 23);
+    visitor("enters", enters, 1);
+    visitor("bad", bad, 1);
+  }
+  friend bool operator==(const RasterOutRecord&, const RasterOutRecord&) = default;
+};
+
+/// What became of a sample, for the kernels' streams.
+struct ShadeInRecord {
+  static constexpr int kWords = 2;
+  std::uint32_t t{};
+  std::uint32_t id{};
+  std::uint32_t hit{};
+  std::uint32_t scale{};
+  std::uint32_t start{};
+  std::uint32_t pixel{};
+
+  static constexpr ShadeInRecord unpack(const std::uint64_t* words) {
+    ShadeInRecord r;
+    r.t = static_cast<std::uint32_t>(detail::get_bits(words, 0, 27));
+    r.id = static_cast<std::uint32_t>(detail::get_bits(words, 27, 32));
+    r.hit = static_cast<std::uint32_t>(detail::get_bits(words, 59, 1));
+    r.scale = static_cast<std::uint32_t>(detail::get_bits(words, 60, 5));
+    r.start = static_cast<std::uint32_t>(detail::get_bits(words, 65, 23));
+    r.pixel = static_cast<std::uint32_t>(detail::get_bits(words, 88, 23));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 27, t);
+    detail::put_bits(words, 27, 32, id);
+    detail::put_bits(words, 59, 1, hit);
+    detail::put_bits(words, 60, 5, scale);
+    detail::put_bits(words, 65, 23, start);
+    detail::put_bits(words, 88, 23, pixel);
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    ok = ok && detail::fits_unsigned(t, 27);
+    ok = ok && detail::fits_unsigned(hit, 1);
+    ok = ok && detail::fits_unsigned(scale, 5);
+    ok = ok && detail::fits_unsigned(start, 23);
+    ok = ok && detail::fits_unsigned(pixel, 23);
+    return ok;
+  }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    visitor("t", t, 27);
+    visitor("id", id, 32);
+    visitor("hit", hit, 1);
+    visitor("scale", scale, 5);
+    visitor("start", start, 23);
+    visitor("pixel", pixel, 23);
+  }
+  friend bool operator==(const ShadeInRecord&, const ShadeInRecord&) = default;
+};
+
 /// Hit as the core writes it.
 struct HitRecord {
   static constexpr int kWords = 2;

@@ -67,6 +67,13 @@ std::unique_ptr<Engine> make_engine(const std::string& specification, const Grid
   return kind.make(scene, image, argument_of(specification));
 }
 
+std::unique_ptr<PixelEngine> make_pixel_engine(const std::string& specification, const MemoryImage& image,
+                                               std::span<const contract::MaterialRecord> materials) {
+  const EngineKind& kind = find_engine(specification);
+  if (!kind.make_pixels) throw UsageError("engine " + kind.name + " makes no pictures by itself");
+  return kind.make_pixels(image, materials, argument_of(specification));
+}
+
 std::vector<std::string> parse_engines(const std::string& list) {
   std::vector<std::string> names;
   for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {

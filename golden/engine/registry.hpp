@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine.hpp"
+#include "pixels.hpp"
 
 namespace CLI {
 class App;
@@ -51,6 +52,10 @@ struct EngineKind {
   /// `scene` and `image` outlive the engine.
   std::function<std::unique_ptr<Engine>(const GridScene& scene, const MemoryImage& image, const std::string& argument)>
       make;
+  /// An engine that makes pictures by itself. `image` outlives it; materials are by triangle id. Empty for what has none.
+  std::function<std::unique_ptr<PixelEngine>(
+      const MemoryImage& image, std::span<const contract::MaterialRecord> materials, const std::string& argument)>
+      make_pixels;
 };
 
 /// Throws std::logic_error if there is one of that name.
@@ -68,6 +73,9 @@ std::vector<std::string> parse_engines(const std::string& list);
 /// Of each engine of a list, the place of the one that it is held against: the first, but for a fixed-point engine rather the first fixed-point
 /// one, because then nothing less than the same bits will do. The first stands for itself.
 std::vector<std::size_t> places_held_against(std::span<const std::string> engines);
+/// Throws UsageError if the engine makes no pictures by itself.
+std::unique_ptr<PixelEngine> make_pixel_engine(const std::string& specification, const MemoryImage& image,
+                                               std::span<const contract::MaterialRecord> materials);
 /// Throws UsageError if the engine does not trace images of two levels.
 void check_instances(const std::string& specification);
 /// Throws as check_instances() does for an image of two levels.

@@ -1,5 +1,5 @@
 // The arithmetic that several stages share: exact products, distance to an axis-aligned plane, products with a triangle row.
-// Counterparts: rtl/stages, golden/engine/stages. Certified bounds: docs/error-bounds.md.
+// Counterparts: rtl/, golden/engine/stages. Certified bounds: docs/error-bounds.md.
 #pragma once
 #include "contract_types.hpp"
 #include "pragmas.hpp"

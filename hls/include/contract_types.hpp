@@ -39,6 +39,14 @@ typedef ap_uint<32> triangle_id_t;  // 32 bits
 typedef ap_uint<4> status_t;  // 4 bits
 typedef ap_uint<1> flag_t;  // 1 bits
 typedef ap_uint<25> work_count_t;  // 25 bits
+typedef ap_int<20> camera_step_t;  // 20 bits
+typedef ap_uint<13> frame_size_t;  // 13 bits
+typedef ap_uint<3> tile_log2_t;  // 3 bits
+typedef ap_uint<2> sample_log2_t;  // 2 bits
+typedef ap_uint<3> pixel_kind_t;  // 3 bits
+typedef ap_uint<23> pixel_index_t;  // 23 bits
+typedef ap_uint<8> shade_t;  // 8 bits
+typedef ap_int<13> normal_t;  // Q1.12
 typedef ap_uint<32> word32_t;  // 32 bits
 typedef ap_uint<64> float64_t;  // 64 bits
 
@@ -713,6 +721,624 @@ inline void pack_ray(const ray_record& r, word_t words[2]) {
   high1 <<= 64;
   const word_t low1 = w2;
   words[1] = high1 | low1;
+}
+
+// Camera: the transform from a frame to the grid, as of an instance, and how far it sees. Row i of it is 2^e[i] (m[3 i .. 3 i + 2], b[i]).
+static const int kCameraWords = 4;       // words that are read
+static const int kCameraStride = 4;      // words from one record to the next
+struct camera_record {
+  instance_coefficient_t m[9];
+  instance_offset_t b[3];
+  row_exponent_t e[3];
+  box_face_t box[6];
+  t_reach_t reach;
+  flag_t orthographic;
+};
+inline camera_record unpack_camera(const word_t words[4]) {
+  camera_record r;
+  const ap_uint<64> w0 = words[0];
+  const ap_uint<64> w1 = words[0] >> 64;
+  const ap_uint<64> w2 = words[1];
+  const ap_uint<64> w3 = words[1] >> 64;
+  const ap_uint<64> w4 = words[2];
+  const ap_uint<64> w5 = words[2] >> 64;
+  const ap_uint<64> w6 = words[3];
+  const ap_uint<64> w7 = words[3] >> 64;
+  r.m[0] = w0;
+  r.m[1] = w0 >> 32;
+  r.m[2] = w1;
+  r.m[3] = w1 >> 32;
+  r.m[4] = w2;
+  r.m[5] = w2 >> 32;
+  r.m[6] = w3;
+  r.m[7] = w3 >> 32;
+  r.m[8] = w4;
+  ap_uint<64> b0_low = w4 >> 32;
+  ap_uint<64> b0_high = w5;
+  b0_high <<= 32;
+  b0_low |= b0_high;
+  r.b[0] = b0_low;
+  r.b[1] = w5 >> 2;
+  ap_uint<64> b2_low = w5 >> 36;
+  ap_uint<64> b2_high = w6;
+  b2_high <<= 28;
+  b2_low |= b2_high;
+  r.b[2] = b2_low;
+  r.e[0] = w6 >> 6;
+  r.e[1] = w6 >> 11;
+  r.e[2] = w6 >> 16;
+  r.box[0] = w6 >> 21;
+  r.box[1] = w6 >> 29;
+  r.box[2] = w6 >> 37;
+  r.box[3] = w6 >> 45;
+  r.box[4] = w6 >> 53;
+  ap_uint<64> box5_low = w6 >> 61;
+  ap_uint<64> box5_high = w7;
+  box5_high <<= 3;
+  box5_low |= box5_high;
+  r.box[5] = box5_low;
+  r.reach = w7 >> 5;
+  r.orthographic = w7 >> 33;
+  return r;
+}
+inline void pack_camera(const camera_record& r, word_t words[4]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  ap_uint<64> w2 = 0;
+  ap_uint<64> w3 = 0;
+  ap_uint<64> w4 = 0;
+  ap_uint<64> w5 = 0;
+  ap_uint<64> w6 = 0;
+  ap_uint<64> w7 = 0;
+  const ap_uint<64> m0 = ap_uint<32>(r.m[0]);
+  ap_uint<64> m0_0 = m0;
+  w0 |= m0_0;
+  const ap_uint<64> m1 = ap_uint<32>(r.m[1]);
+  ap_uint<64> m1_0 = m1;
+  m1_0 <<= 32;
+  w0 |= m1_0;
+  const ap_uint<64> m2 = ap_uint<32>(r.m[2]);
+  ap_uint<64> m2_0 = m2;
+  w1 |= m2_0;
+  const ap_uint<64> m3 = ap_uint<32>(r.m[3]);
+  ap_uint<64> m3_0 = m3;
+  m3_0 <<= 32;
+  w1 |= m3_0;
+  const ap_uint<64> m4 = ap_uint<32>(r.m[4]);
+  ap_uint<64> m4_0 = m4;
+  w2 |= m4_0;
+  const ap_uint<64> m5 = ap_uint<32>(r.m[5]);
+  ap_uint<64> m5_0 = m5;
+  m5_0 <<= 32;
+  w2 |= m5_0;
+  const ap_uint<64> m6 = ap_uint<32>(r.m[6]);
+  ap_uint<64> m6_0 = m6;
+  w3 |= m6_0;
+  const ap_uint<64> m7 = ap_uint<32>(r.m[7]);
+  ap_uint<64> m7_0 = m7;
+  m7_0 <<= 32;
+  w3 |= m7_0;
+  const ap_uint<64> m8 = ap_uint<32>(r.m[8]);
+  ap_uint<64> m8_0 = m8;
+  w4 |= m8_0;
+  const ap_uint<64> b0 = ap_uint<34>(r.b[0]);
+  ap_uint<64> b0_0 = b0;
+  b0_0 <<= 32;
+  w4 |= b0_0;
+  ap_uint<64> b0_32 = b0 >> 32;
+  w5 |= b0_32;
+  const ap_uint<64> b1 = ap_uint<34>(r.b[1]);
+  ap_uint<64> b1_0 = b1;
+  b1_0 <<= 2;
+  w5 |= b1_0;
+  const ap_uint<64> b2 = ap_uint<34>(r.b[2]);
+  ap_uint<64> b2_0 = b2;
+  b2_0 <<= 36;
+  w5 |= b2_0;
+  ap_uint<64> b2_28 = b2 >> 28;
+  w6 |= b2_28;
+  const ap_uint<64> e0 = ap_uint<5>(r.e[0]);
+  ap_uint<64> e0_0 = e0;
+  e0_0 <<= 6;
+  w6 |= e0_0;
+  const ap_uint<64> e1 = ap_uint<5>(r.e[1]);
+  ap_uint<64> e1_0 = e1;
+  e1_0 <<= 11;
+  w6 |= e1_0;
+  const ap_uint<64> e2 = ap_uint<5>(r.e[2]);
+  ap_uint<64> e2_0 = e2;
+  e2_0 <<= 16;
+  w6 |= e2_0;
+  const ap_uint<64> box0 = ap_uint<8>(r.box[0]);
+  ap_uint<64> box0_0 = box0;
+  box0_0 <<= 21;
+  w6 |= box0_0;
+  const ap_uint<64> box1 = ap_uint<8>(r.box[1]);
+  ap_uint<64> box1_0 = box1;
+  box1_0 <<= 29;
+  w6 |= box1_0;
+  const ap_uint<64> box2 = ap_uint<8>(r.box[2]);
+  ap_uint<64> box2_0 = box2;
+  box2_0 <<= 37;
+  w6 |= box2_0;
+  const ap_uint<64> box3 = ap_uint<8>(r.box[3]);
+  ap_uint<64> box3_0 = box3;
+  box3_0 <<= 45;
+  w6 |= box3_0;
+  const ap_uint<64> box4 = ap_uint<8>(r.box[4]);
+  ap_uint<64> box4_0 = box4;
+  box4_0 <<= 53;
+  w6 |= box4_0;
+  const ap_uint<64> box5 = ap_uint<8>(r.box[5]);
+  ap_uint<64> box5_0 = box5;
+  box5_0 <<= 61;
+  w6 |= box5_0;
+  ap_uint<64> box5_3 = box5 >> 3;
+  w7 |= box5_3;
+  const ap_uint<64> reach0 = ap_uint<28>(r.reach);
+  ap_uint<64> reach0_0 = reach0;
+  reach0_0 <<= 5;
+  w7 |= reach0_0;
+  const ap_uint<64> orthographic0 = ap_uint<1>(r.orthographic);
+  ap_uint<64> orthographic0_0 = orthographic0;
+  orthographic0_0 <<= 33;
+  w7 |= orthographic0_0;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
+  word_t high1 = w3;
+  high1 <<= 64;
+  const word_t low1 = w2;
+  words[1] = high1 | low1;
+  word_t high2 = w5;
+  high2 <<= 64;
+  const word_t low2 = w4;
+  words[2] = high2 | low2;
+  word_t high3 = w7;
+  high3 <<= 64;
+  const word_t low3 = w6;
+  words[3] = high3 | low3;
+}
+
+// Frame: what pixels there are, in which order, and how they are lit.
+static const int kFrameWords = 2;       // words that are read
+static const int kFrameStride = 2;      // words from one record to the next
+struct frame_record {
+  frame_size_t width;
+  frame_size_t height;
+  tile_log2_t tile_x;
+  tile_log2_t tile_y;
+  sample_log2_t samples;
+  pixel_kind_t kind;
+  shade_t ambient;
+  shade_t diffuse;
+  shade_t background[3];
+  shade_t offset_x[4];
+  shade_t offset_y[4];
+  normal_t light[3];
+};
+inline frame_record unpack_frame(const word_t words[2]) {
+  frame_record r;
+  const ap_uint<64> w0 = words[0];
+  const ap_uint<64> w1 = words[0] >> 64;
+  const ap_uint<64> w2 = words[1];
+  r.width = w0;
+  r.height = w0 >> 13;
+  r.tile_x = w0 >> 26;
+  r.tile_y = w0 >> 29;
+  r.samples = w0 >> 32;
+  r.kind = w0 >> 34;
+  r.ambient = w0 >> 37;
+  r.diffuse = w0 >> 45;
+  r.background[0] = w0 >> 53;
+  ap_uint<64> background1_low = w0 >> 61;
+  ap_uint<64> background1_high = w1;
+  background1_high <<= 3;
+  background1_low |= background1_high;
+  r.background[1] = background1_low;
+  r.background[2] = w1 >> 5;
+  r.offset_x[0] = w1 >> 13;
+  r.offset_x[1] = w1 >> 21;
+  r.offset_x[2] = w1 >> 29;
+  r.offset_x[3] = w1 >> 37;
+  r.offset_y[0] = w1 >> 45;
+  r.offset_y[1] = w1 >> 53;
+  ap_uint<64> offset_y2_low = w1 >> 61;
+  ap_uint<64> offset_y2_high = w2;
+  offset_y2_high <<= 3;
+  offset_y2_low |= offset_y2_high;
+  r.offset_y[2] = offset_y2_low;
+  r.offset_y[3] = w2 >> 5;
+  r.light[0] = w2 >> 13;
+  r.light[1] = w2 >> 26;
+  r.light[2] = w2 >> 39;
+  return r;
+}
+inline void pack_frame(const frame_record& r, word_t words[2]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  ap_uint<64> w2 = 0;
+  ap_uint<64> w3 = 0;
+  const ap_uint<64> width0 = ap_uint<13>(r.width);
+  ap_uint<64> width0_0 = width0;
+  w0 |= width0_0;
+  const ap_uint<64> height0 = ap_uint<13>(r.height);
+  ap_uint<64> height0_0 = height0;
+  height0_0 <<= 13;
+  w0 |= height0_0;
+  const ap_uint<64> tile_x0 = ap_uint<3>(r.tile_x);
+  ap_uint<64> tile_x0_0 = tile_x0;
+  tile_x0_0 <<= 26;
+  w0 |= tile_x0_0;
+  const ap_uint<64> tile_y0 = ap_uint<3>(r.tile_y);
+  ap_uint<64> tile_y0_0 = tile_y0;
+  tile_y0_0 <<= 29;
+  w0 |= tile_y0_0;
+  const ap_uint<64> samples0 = ap_uint<2>(r.samples);
+  ap_uint<64> samples0_0 = samples0;
+  samples0_0 <<= 32;
+  w0 |= samples0_0;
+  const ap_uint<64> kind0 = ap_uint<3>(r.kind);
+  ap_uint<64> kind0_0 = kind0;
+  kind0_0 <<= 34;
+  w0 |= kind0_0;
+  const ap_uint<64> ambient0 = ap_uint<8>(r.ambient);
+  ap_uint<64> ambient0_0 = ambient0;
+  ambient0_0 <<= 37;
+  w0 |= ambient0_0;
+  const ap_uint<64> diffuse0 = ap_uint<8>(r.diffuse);
+  ap_uint<64> diffuse0_0 = diffuse0;
+  diffuse0_0 <<= 45;
+  w0 |= diffuse0_0;
+  const ap_uint<64> background0 = ap_uint<8>(r.background[0]);
+  ap_uint<64> background0_0 = background0;
+  background0_0 <<= 53;
+  w0 |= background0_0;
+  const ap_uint<64> background1 = ap_uint<8>(r.background[1]);
+  ap_uint<64> background1_0 = background1;
+  background1_0 <<= 61;
+  w0 |= background1_0;
+  ap_uint<64> background1_3 = background1 >> 3;
+  w1 |= background1_3;
+  const ap_uint<64> background2 = ap_uint<8>(r.background[2]);
+  ap_uint<64> background2_0 = background2;
+  background2_0 <<= 5;
+  w1 |= background2_0;
+  const ap_uint<64> offset_x0 = ap_uint<8>(r.offset_x[0]);
+  ap_uint<64> offset_x0_0 = offset_x0;
+  offset_x0_0 <<= 13;
+  w1 |= offset_x0_0;
+  const ap_uint<64> offset_x1 = ap_uint<8>(r.offset_x[1]);
+  ap_uint<64> offset_x1_0 = offset_x1;
+  offset_x1_0 <<= 21;
+  w1 |= offset_x1_0;
+  const ap_uint<64> offset_x2 = ap_uint<8>(r.offset_x[2]);
+  ap_uint<64> offset_x2_0 = offset_x2;
+  offset_x2_0 <<= 29;
+  w1 |= offset_x2_0;
+  const ap_uint<64> offset_x3 = ap_uint<8>(r.offset_x[3]);
+  ap_uint<64> offset_x3_0 = offset_x3;
+  offset_x3_0 <<= 37;
+  w1 |= offset_x3_0;
+  const ap_uint<64> offset_y0 = ap_uint<8>(r.offset_y[0]);
+  ap_uint<64> offset_y0_0 = offset_y0;
+  offset_y0_0 <<= 45;
+  w1 |= offset_y0_0;
+  const ap_uint<64> offset_y1 = ap_uint<8>(r.offset_y[1]);
+  ap_uint<64> offset_y1_0 = offset_y1;
+  offset_y1_0 <<= 53;
+  w1 |= offset_y1_0;
+  const ap_uint<64> offset_y2 = ap_uint<8>(r.offset_y[2]);
+  ap_uint<64> offset_y2_0 = offset_y2;
+  offset_y2_0 <<= 61;
+  w1 |= offset_y2_0;
+  ap_uint<64> offset_y2_3 = offset_y2 >> 3;
+  w2 |= offset_y2_3;
+  const ap_uint<64> offset_y3 = ap_uint<8>(r.offset_y[3]);
+  ap_uint<64> offset_y3_0 = offset_y3;
+  offset_y3_0 <<= 5;
+  w2 |= offset_y3_0;
+  const ap_uint<64> light0 = ap_uint<13>(r.light[0]);
+  ap_uint<64> light0_0 = light0;
+  light0_0 <<= 13;
+  w2 |= light0_0;
+  const ap_uint<64> light1 = ap_uint<13>(r.light[1]);
+  ap_uint<64> light1_0 = light1;
+  light1_0 <<= 26;
+  w2 |= light1_0;
+  const ap_uint<64> light2 = ap_uint<13>(r.light[2]);
+  ap_uint<64> light2_0 = light2;
+  light2_0 <<= 39;
+  w2 |= light2_0;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
+  word_t high1 = w3;
+  high1 <<= 64;
+  const word_t low1 = w2;
+  words[1] = high1 | low1;
+}
+
+// What shading needs of a triangle, by its id.
+static const int kMaterialWords = 1;       // words that are read
+static const int kMaterialStride = 1;      // words from one record to the next
+struct material_record {
+  normal_t normal[3];
+  shade_t colour[3];
+  flag_t unlit;
+};
+inline material_record unpack_material(const word_t words[1]) {
+  material_record r;
+  const ap_uint<64> w0 = words[0];
+  r.normal[0] = w0;
+  r.normal[1] = w0 >> 13;
+  r.normal[2] = w0 >> 26;
+  r.colour[0] = w0 >> 39;
+  r.colour[1] = w0 >> 47;
+  r.colour[2] = w0 >> 55;
+  r.unlit = w0 >> 63;
+  return r;
+}
+inline void pack_material(const material_record& r, word_t words[1]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  const ap_uint<64> normal0 = ap_uint<13>(r.normal[0]);
+  ap_uint<64> normal0_0 = normal0;
+  w0 |= normal0_0;
+  const ap_uint<64> normal1 = ap_uint<13>(r.normal[1]);
+  ap_uint<64> normal1_0 = normal1;
+  normal1_0 <<= 13;
+  w0 |= normal1_0;
+  const ap_uint<64> normal2 = ap_uint<13>(r.normal[2]);
+  ap_uint<64> normal2_0 = normal2;
+  normal2_0 <<= 26;
+  w0 |= normal2_0;
+  const ap_uint<64> colour0 = ap_uint<8>(r.colour[0]);
+  ap_uint<64> colour0_0 = colour0;
+  colour0_0 <<= 39;
+  w0 |= colour0_0;
+  const ap_uint<64> colour1 = ap_uint<8>(r.colour[1]);
+  ap_uint<64> colour1_0 = colour1;
+  colour1_0 <<= 47;
+  w0 |= colour1_0;
+  const ap_uint<64> colour2 = ap_uint<8>(r.colour[2]);
+  ap_uint<64> colour2_0 = colour2;
+  colour2_0 <<= 55;
+  w0 |= colour2_0;
+  const ap_uint<64> unlit0 = ap_uint<1>(r.unlit);
+  ap_uint<64> unlit0_0 = unlit0;
+  unlit0_0 <<= 63;
+  w0 |= unlit0_0;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
+}
+
+// Ray of a sample, for the kernels' streams. All 0 but pixel and bad where it passes the root box by.
+static const int kRasterOutWords = 4;       // words that are read
+static const int kRasterOutStride = 4;      // words from one record to the next
+struct raster_out_record {
+  position_t origin[3];
+  direction_t direction[3];
+  t_limit_t t_max;
+  entry_scale_t scale;
+  entry_start_t start;
+  pixel_index_t pixel;
+  flag_t enters;
+  flag_t bad;
+};
+inline raster_out_record unpack_raster_out(const word_t words[4]) {
+  raster_out_record r;
+  const ap_uint<64> w0 = words[0];
+  const ap_uint<64> w1 = words[0] >> 64;
+  const ap_uint<64> w2 = words[1];
+  const ap_uint<64> w3 = words[1] >> 64;
+  r.origin[0] = w0;
+  r.origin[1] = w0 >> 27;
+  ap_uint<64> origin2_low = w0 >> 54;
+  ap_uint<64> origin2_high = w1;
+  origin2_high <<= 10;
+  origin2_low |= origin2_high;
+  r.origin[2] = origin2_low;
+  r.direction[0] = w1 >> 17;
+  ap_uint<64> direction1_low = w1 >> 44;
+  ap_uint<64> direction1_high = w2;
+  direction1_high <<= 20;
+  direction1_low |= direction1_high;
+  r.direction[1] = direction1_low;
+  r.direction[2] = w2 >> 7;
+  r.t_max = w2 >> 34;
+  ap_uint<64> scale0_low = w2 >> 61;
+  ap_uint<64> scale0_high = w3;
+  scale0_high <<= 3;
+  scale0_low |= scale0_high;
+  r.scale = scale0_low;
+  r.start = w3 >> 2;
+  r.pixel = w3 >> 25;
+  r.enters = w3 >> 48;
+  r.bad = w3 >> 49;
+  return r;
+}
+inline void pack_raster_out(const raster_out_record& r, word_t words[4]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  ap_uint<64> w2 = 0;
+  ap_uint<64> w3 = 0;
+  ap_uint<64> w4 = 0;
+  ap_uint<64> w5 = 0;
+  ap_uint<64> w6 = 0;
+  ap_uint<64> w7 = 0;
+  const ap_uint<64> origin0 = ap_uint<27>(r.origin[0]);
+  ap_uint<64> origin0_0 = origin0;
+  w0 |= origin0_0;
+  const ap_uint<64> origin1 = ap_uint<27>(r.origin[1]);
+  ap_uint<64> origin1_0 = origin1;
+  origin1_0 <<= 27;
+  w0 |= origin1_0;
+  const ap_uint<64> origin2 = ap_uint<27>(r.origin[2]);
+  ap_uint<64> origin2_0 = origin2;
+  origin2_0 <<= 54;
+  w0 |= origin2_0;
+  ap_uint<64> origin2_10 = origin2 >> 10;
+  w1 |= origin2_10;
+  const ap_uint<64> direction0 = ap_uint<27>(r.direction[0]);
+  ap_uint<64> direction0_0 = direction0;
+  direction0_0 <<= 17;
+  w1 |= direction0_0;
+  const ap_uint<64> direction1 = ap_uint<27>(r.direction[1]);
+  ap_uint<64> direction1_0 = direction1;
+  direction1_0 <<= 44;
+  w1 |= direction1_0;
+  ap_uint<64> direction1_20 = direction1 >> 20;
+  w2 |= direction1_20;
+  const ap_uint<64> direction2 = ap_uint<27>(r.direction[2]);
+  ap_uint<64> direction2_0 = direction2;
+  direction2_0 <<= 7;
+  w2 |= direction2_0;
+  const ap_uint<64> t_max0 = ap_uint<27>(r.t_max);
+  ap_uint<64> t_max0_0 = t_max0;
+  t_max0_0 <<= 34;
+  w2 |= t_max0_0;
+  const ap_uint<64> scale0 = ap_uint<5>(r.scale);
+  ap_uint<64> scale0_0 = scale0;
+  scale0_0 <<= 61;
+  w2 |= scale0_0;
+  ap_uint<64> scale0_3 = scale0 >> 3;
+  w3 |= scale0_3;
+  const ap_uint<64> start0 = ap_uint<23>(r.start);
+  ap_uint<64> start0_0 = start0;
+  start0_0 <<= 2;
+  w3 |= start0_0;
+  const ap_uint<64> pixel0 = ap_uint<23>(r.pixel);
+  ap_uint<64> pixel0_0 = pixel0;
+  pixel0_0 <<= 25;
+  w3 |= pixel0_0;
+  const ap_uint<64> enters0 = ap_uint<1>(r.enters);
+  ap_uint<64> enters0_0 = enters0;
+  enters0_0 <<= 48;
+  w3 |= enters0_0;
+  const ap_uint<64> bad0 = ap_uint<1>(r.bad);
+  ap_uint<64> bad0_0 = bad0;
+  bad0_0 <<= 49;
+  w3 |= bad0_0;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
+  word_t high1 = w3;
+  high1 <<= 64;
+  const word_t low1 = w2;
+  words[1] = high1 | low1;
+  word_t high2 = w5;
+  high2 <<= 64;
+  const word_t low2 = w4;
+  words[2] = high2 | low2;
+  word_t high3 = w7;
+  high3 <<= 64;
+  const word_t low3 = w6;
+  words[3] = high3 | low3;
+}
+
+typedef ap_uint<512> raster_out_word_t;
+inline raster_out_record read_raster_out(const raster_out_word_t& bits) {
+  word_t words[4];
+  words[0] = bits;
+  words[1] = bits >> 128;
+  words[2] = bits >> 256;
+  words[3] = bits >> 384;
+  return unpack_raster_out(words);
+}
+inline raster_out_word_t write_raster_out(const raster_out_record& record) {
+  word_t words[4];
+  pack_raster_out(record, words);
+  raster_out_word_t bits = words[0];
+  raster_out_word_t part1 = words[1];
+  part1 <<= 128;
+  bits |= part1;
+  raster_out_word_t part2 = words[2];
+  part2 <<= 256;
+  bits |= part2;
+  raster_out_word_t part3 = words[3];
+  part3 <<= 384;
+  bits |= part3;
+  return bits;
+}
+
+// What became of a sample, for the kernels' streams.
+static const int kShadeInWords = 1;       // words that are read
+static const int kShadeInStride = 1;      // words from one record to the next
+struct shade_in_record {
+  t_limit_t t;
+  triangle_id_t id;
+  flag_t hit;
+  entry_scale_t scale;
+  entry_start_t start;
+  pixel_index_t pixel;
+};
+inline shade_in_record unpack_shade_in(const word_t words[1]) {
+  shade_in_record r;
+  const ap_uint<64> w0 = words[0];
+  const ap_uint<64> w1 = words[0] >> 64;
+  r.t = w0;
+  r.id = w0 >> 27;
+  r.hit = w0 >> 59;
+  ap_uint<64> scale0_low = w0 >> 60;
+  ap_uint<64> scale0_high = w1;
+  scale0_high <<= 4;
+  scale0_low |= scale0_high;
+  r.scale = scale0_low;
+  r.start = w1 >> 1;
+  r.pixel = w1 >> 24;
+  return r;
+}
+inline void pack_shade_in(const shade_in_record& r, word_t words[1]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  const ap_uint<64> t0 = ap_uint<27>(r.t);
+  ap_uint<64> t0_0 = t0;
+  w0 |= t0_0;
+  const ap_uint<64> id0 = ap_uint<32>(r.id);
+  ap_uint<64> id0_0 = id0;
+  id0_0 <<= 27;
+  w0 |= id0_0;
+  const ap_uint<64> hit0 = ap_uint<1>(r.hit);
+  ap_uint<64> hit0_0 = hit0;
+  hit0_0 <<= 59;
+  w0 |= hit0_0;
+  const ap_uint<64> scale0 = ap_uint<5>(r.scale);
+  ap_uint<64> scale0_0 = scale0;
+  scale0_0 <<= 60;
+  w0 |= scale0_0;
+  ap_uint<64> scale0_4 = scale0 >> 4;
+  w1 |= scale0_4;
+  const ap_uint<64> start0 = ap_uint<23>(r.start);
+  ap_uint<64> start0_0 = start0;
+  start0_0 <<= 1;
+  w1 |= start0_0;
+  const ap_uint<64> pixel0 = ap_uint<23>(r.pixel);
+  ap_uint<64> pixel0_0 = pixel0;
+  pixel0_0 <<= 24;
+  w1 |= pixel0_0;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
+}
+
+typedef ap_uint<128> shade_in_word_t;
+inline shade_in_record read_shade_in(const shade_in_word_t& bits) {
+  word_t words[1];
+  words[0] = bits;
+  return unpack_shade_in(words);
+}
+inline shade_in_word_t write_shade_in(const shade_in_record& record) {
+  word_t words[1];
+  pack_shade_in(record, words);
+  shade_in_word_t bits = words[0];
+  return bits;
 }
 
 // Hit as the core writes it.

@@ -1,6 +1,6 @@
 // hit_finish: barycentric coordinates of the best hit, once a ray.
 //   u = U 2^eu / d'z, rounded toward zero and saturated to [0, 1]; v likewise. Anything but status_hit gives an empty record.
-// Two exact divisions. Counterparts: golden/engine/stages/hit_finish.hpp, rtl/stages/rt_hit_finish.sv. Source: Woop et al. 2005, section 3.2.
+// Two exact divisions. Counterparts: golden/engine/stages/hit_finish.hpp, rtl/isect/rt_hit_finish.sv. Source: Woop et al. 2005, section 3.2.
 #pragma once
 #include "../include/arithmetic.hpp"
 

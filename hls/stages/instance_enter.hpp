@@ -8,7 +8,7 @@
 //   q = max(0, floor(16 near 2^s));  o'_i = round((S_i 2^e_i + q A_i) 2^-31);  t_max = (reach << k) - 1 - (q << 20)
 // size x: the bits of x without its sign. Entered if near <= far, far >= 0, q fits its format, t_max >= 0. 18 multiplications of 32 x 27 bits,
 // 6 of 27 x 27, 3 of 24 x 52. Rounded once a ray and instance, never by the leaf it comes from; bounds: docs/error-bounds.md.
-// Counterparts: golden/engine/stages/instance_enter.hpp, rtl/stages/rt_instance_enter.sv. Source: Wald et al. 2003; Schmittler et al. 2004.
+// Counterparts: golden/engine/stages/instance_enter.hpp, rtl/isect/rt_instance_enter.sv. Source: Wald et al. 2003; Schmittler et al. 2004.
 #pragma once
 #include "../include/arithmetic.hpp"
 #include "ray_setup.hpp"

@@ -2,7 +2,7 @@
 //   The parent is where to turn if its axis is the exit face's axis, its split equals the face's plane as an integer, and we are its
 //   near child; then go down from its far child. Otherwise go on from the parent; past the root the ray has left the scene.
 // No arithmetic, only comparisons: this replaces the box test that Foley & Sugerman make in every node.
-// Counterparts: golden/engine/stages/kd_backtrack.hpp, rtl/stages/rt_kd_backtrack.sv. Source: Lee 2007, section 3; Foley & Sugerman 2005, section 3.2.
+// Counterparts: golden/engine/stages/kd_backtrack.hpp, rtl/walk/rt_kd_backtrack.sv. Source: Lee 2007, section 3; Foley & Sugerman 2005, section 3.2.
 #pragma once
 #include "../include/arithmetic.hpp"
 

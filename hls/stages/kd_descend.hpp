@@ -1,7 +1,7 @@
 // kd_descend: one interior node on the way down.
 //   near if t < t_plane(split), else far; a tie goes far. A direction of zero: near (left) if origin < split.
 //   The near child is the left one, or the right one if the direction is negative.
-// One multiplication. Counterparts: golden/engine/stages/kd_descend.hpp, rtl/stages/rt_kd_descend.sv.
+// One multiplication. Counterparts: golden/engine/stages/kd_descend.hpp, rtl/walk/rt_kd_descend.sv.
 // Source: Lee 2007, section 3; Foley & Sugerman 2005, section 3.
 #pragma once
 #include "../include/arithmetic.hpp"

@@ -1,7 +1,7 @@
 // leaf_exit: where a ray leaves a leaf's cell.
 //   (t_exit, face) = min over the axes of t_plane(bound on the exit side); the lowest axis wins a tie; axes of direction zero do not exit.
 // Three multiplications. `broken` says t_exit < t: a walk over a checked image never shows it, a corrupt one ends in an error.
-// Counterparts: golden/engine/stages/leaf_exit.hpp, rtl/stages/rt_leaf_exit.sv. Source: Lee 2007, section 3; Kay & Kajiya 1986 (slabs).
+// Counterparts: golden/engine/stages/leaf_exit.hpp, rtl/leaf/rt_leaf_exit.sv. Source: Lee 2007, section 3; Kay & Kajiya 1986 (slabs).
 #pragma once
 #include "../include/arithmetic.hpp"
 

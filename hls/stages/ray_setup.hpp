@@ -3,7 +3,7 @@
 //                                    shift = 26 - e, so that (s - o) / d = (s - o) * R / 2^shift
 // A direction of zero is legal: that axis never exits. Origins outside the root box and zero directions are marked invalid.
 // Error: R is below 2^52 / (D << e) by less than 1, a relative 2^-25 of t (docs/error-bounds.md).
-// Counterparts: golden/engine/stages/ray_setup.hpp, rtl/stages/rt_ray_setup.sv. Source: Lee 2007, section 3; Amanatides & Woo 1987.
+// Counterparts: golden/engine/stages/ray_setup.hpp, rtl/ray/rt_ray_setup.sv. Source: Lee 2007, section 3; Amanatides & Woo 1987.
 #pragma once
 #include "../include/arithmetic.hpp"
 

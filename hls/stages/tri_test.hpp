@@ -7,7 +7,7 @@
 // the edges of a needle would meet far beyond its tips. 22 multiplications of 27 x 27 bits and one exact division. The
 // error of U, V, W is below their eps for every checked image and every ray from inside the box, also at grazing
 // angles, so that no ray slips between two triangles that share an edge: docs/error-bounds.md. Counterparts:
-// golden/engine/stages/tri_test.hpp, rtl/stages/rt_tri_test.sv. Source: Arenberg 1988; Woop 2004 and Woop et al. 2005,
+// golden/engine/stages/tri_test.hpp, rtl/isect/rt_tri_test.sv. Source: Arenberg 1988; Woop 2004 and Woop et al. 2005,
 // section 3.2 (unit triangle); Schmittler et al. 2004 (transformation unit).
 #pragma once
 #include "../include/arithmetic.hpp"

@@ -99,7 +99,7 @@ inline node_pair_record read_pair(const word_t* pairs, const image_view& view, c
   return unpack_node_pair(words);
 }
 
-inline void start_ray(context& c, const word_t* rays, const image_view& view, const ap_uint<32>& index) {
+inline void start_ray(context& c, const word_t* rays, const image_view& view, const ap_uint<32>& index, bool entered) {
   word_t words[kRayWords];
 READ_RAY:
   for (int i = 0; i < kRayWords; ++i) {
@@ -115,6 +115,10 @@ COPY_RAY:
     in.direction[axis] = ray.direction[axis];
     in.box[2 * axis] = view.box[2 * axis];
     in.box[2 * axis + 1] = view.box[2 * axis + 1];
+    if (entered) {  // any origin will do
+      in.box[2 * axis] = -(1 << (contract::kPositionBits - 1));
+      in.box[2 * axis + 1] = (1 << (contract::kPositionBits - 1)) - 1;
+    }
   }
   in.t_max = ray.t_max;
   in.any = ray.any;
@@ -608,6 +612,7 @@ CLEAR_TOTALS:
   const bool parent_links = options[0] == 1;
   const bool mailbox = options[1] == 1;
   const bool write_work = options[2] == 1;
+  const bool entered = options[3] == 1;
   context contexts[RETRACE_CONTEXTS];
   RT_PARTITION(totals)
 CLEAR_CONTEXTS:
@@ -627,7 +632,7 @@ BARREL:
     context& c = contexts[turn.to_uint()];
     if (c.phase == kPhaseIdle) {
       if (next_ray != ray_count) {
-        start_ray(c, rays, view, next_ray);
+        start_ray(c, rays, view, next_ray, entered);
         next_ray += 1;
       }
     } else if (c.phase == kPhaseDown) {

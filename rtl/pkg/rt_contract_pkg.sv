@@ -113,6 +113,31 @@ package rt_contract_pkg;
   // 25 bits: Work counter of one ray.
   localparam int unsigned WorkCountBits = 25;
   typedef logic [24:0] work_count_t;
+  // 20 bits: Place in a frame, in 1/256 of a pixel from its middle.
+  localparam int unsigned CameraStepBits = 20;
+  typedef logic signed [19:0] camera_step_t;
+  // 13 bits: Pixels a side, 1..2^frame_size_log2.
+  localparam int unsigned FrameSizeBits = 13;
+  typedef logic [12:0] frame_size_t;
+  // 3 bits: Logarithm of the pixels a side of a tile.
+  localparam int unsigned TileLog2Bits = 3;
+  typedef logic [2:0] tile_log2_t;
+  // 2 bits: Logarithm of the samples a pixel, 0..samples_log2_max.
+  localparam int unsigned SampleLog2Bits = 2;
+  typedef logic [1:0] sample_log2_t;
+  // 3 bits: What a pixel holds, see the pixel constants.
+  localparam int unsigned PixelKindBits = 3;
+  typedef logic [2:0] pixel_kind_t;
+  // 23 bits: Number of a pixel, row by row from the top left.
+  localparam int unsigned PixelIndexBits = 23;
+  typedef logic [22:0] pixel_index_t;
+  // 8 bits: Component of a colour as a screen shows it, strength of a light, or place in a pixel in 1/256.
+  localparam int unsigned ShadeBits = 8;
+  typedef logic [7:0] shade_t;
+  // Q1.12: Component of a unit normal or of the direction to a light.
+  localparam int unsigned NormalBits = 13;
+  localparam int unsigned NormalFrac = 12;
+  typedef logic signed [12:0] normal_t;
   // 32 bits: Plain 32-bit word.
   localparam int unsigned Word32Bits = 32;
   typedef logic [31:0] word32_t;
@@ -171,6 +196,20 @@ package rt_contract_pkg;
   localparam int unsigned StatusInvariant = 6;
   // The memory answered with an error (core only).
   localparam int unsigned StatusBusError = 7;
+  // A frame has at most 2^12 pixels a side.
+  localparam int unsigned FrameSizeLog2 = 12;
+  // And at most 2^23 pixels.
+  localparam int unsigned FramePixelsLog2 = 23;
+  // At most four samples a pixel.
+  localparam int unsigned SamplesLog2Max = 2;
+  // Pixel of 4 bytes: red, green, blue, 255; the mean of the samples.
+  localparam int unsigned PixelColour = 0;
+  // Pixel of 4 bytes: t of the hit along the camera's ray, all ones without a hit. One sample.
+  localparam int unsigned PixelDepth = 1;
+  // Pixel of 4 bytes: triangle id, no_triangle without a hit. One sample.
+  localparam int unsigned PixelId = 2;
+  // Pixel of 8 bytes: depth, then id. One sample.
+  localparam int unsigned PixelHit = 3;
 
   // Two siblings and the parent they share. 16 bytes: four pairs a 64-byte line, 8 bytes a node.
   localparam int unsigned NodePairBytes = 16;
@@ -238,6 +277,75 @@ package rt_contract_pkg;
     direction_t [2:0] direction;
     position_t [2:0] origin;
   } ray_record_t;
+
+  // Camera: the transform from a frame to the grid, as of an instance, and how far it sees. Row i of it is 2^e[i] (m[3 i .. 3 i + 2], b[i]).
+  localparam int unsigned CameraBytes = 64;
+  localparam int unsigned CameraUsedBits = 512;
+  typedef struct packed {
+    logic [29:0] padding;
+    flag_t orthographic;
+    t_reach_t reach;
+    box_face_t [5:0] box;
+    row_exponent_t [2:0] e;
+    instance_offset_t [2:0] b;
+    instance_coefficient_t [8:0] m;
+  } camera_record_t;
+
+  // Frame: what pixels there are, in which order, and how they are lit.
+  localparam int unsigned FrameBytes = 32;
+  localparam int unsigned FrameUsedBits = 256;
+  typedef struct packed {
+    logic [75:0] padding;
+    normal_t [2:0] light;
+    shade_t [3:0] offset_y;
+    shade_t [3:0] offset_x;
+    shade_t [2:0] background;
+    shade_t diffuse;
+    shade_t ambient;
+    pixel_kind_t kind;
+    sample_log2_t samples;
+    tile_log2_t tile_y;
+    tile_log2_t tile_x;
+    frame_size_t height;
+    frame_size_t width;
+  } frame_record_t;
+
+  // What shading needs of a triangle, by its id.
+  localparam int unsigned MaterialBytes = 8;
+  localparam int unsigned MaterialUsedBits = 64;
+  typedef struct packed {
+    flag_t unlit;
+    shade_t [2:0] colour;
+    normal_t [2:0] normal;
+  } material_record_t;
+
+  // Ray of a sample, for the kernels' streams. All 0 but pixel and bad where it passes the root box by.
+  localparam int unsigned RasterOutBytes = 64;
+  localparam int unsigned RasterOutUsedBits = 512;
+  typedef struct packed {
+    logic [269:0] padding;
+    flag_t bad;
+    flag_t enters;
+    pixel_index_t pixel;
+    entry_start_t start;
+    entry_scale_t scale;
+    t_limit_t t_max;
+    direction_t [2:0] direction;
+    position_t [2:0] origin;
+  } raster_out_record_t;
+
+  // What became of a sample, for the kernels' streams.
+  localparam int unsigned ShadeInBytes = 16;
+  localparam int unsigned ShadeInUsedBits = 128;
+  typedef struct packed {
+    logic [16:0] padding;
+    pixel_index_t pixel;
+    entry_start_t start;
+    entry_scale_t scale;
+    flag_t hit;
+    triangle_id_t id;
+    t_limit_t t;
+  } shade_in_record_t;
 
   // Hit as the core writes it.
   localparam int unsigned HitBytes = 16;

@@ -103,7 +103,7 @@ def main():
     parser.add_argument("--check", action="store_true")
     options = parser.parse_args()
     core = load()
-    files = {"rtl/pkg/rt_config_pkg.sv": package(core), "rtl/regs/counters.rdl": registers(core), "scripts/cmake/CoreConfigurations.cmake": cmake(core),
+    files = {"rtl/pkg/rt_config_pkg.sv": package(core), "rtl/shell/counters.rdl": registers(core), "scripts/cmake/CoreConfigurations.cmake": cmake(core),
              "testbench/sim/core/core_description.hpp": header(core),
              "docs/configurations.md": page(core)}
     differing = [name for name, text in files.items() if not (ROOT / name).exists() or (ROOT / name).read_text() != text]

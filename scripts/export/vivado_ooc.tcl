@@ -1,7 +1,7 @@
 # Synthesis, place and route of one block by itself, with a timing gate: for the Verilog of an exported kernel, or of the core.
 #   vivado -mode batch -source vivado_ooc.tcl -tclargs TOP XDC VERILOG_FOLDER...
 # TOP is retrace_trace, tri_test_top, ..., XDC one of constraints/*.xdc (its first line names the part), VERILOG_FOLDER e.g.
-# build/vitis_hls/trace_zynq/solution/impl/ip/hdl/verilog. The core: rt_axi with rtl/pkg rtl/lib rtl/stages rtl/top rtl/regs rtl/cache, in this
+# build/vitis_hls/trace_zynq/solution/impl/ip/hdl/verilog. The core: rt_axi with the folders of rtl/rooms.txt below board, in this
 # order. Reports go to build/ooc_TOP; fails where the slack is negative.
 if {[llength $argv] < 3} { error "retrace: usage: vivado -mode batch -source vivado_ooc.tcl -tclargs TOP XDC VERILOG_FOLDER..." }
 set top [lindex $argv 0]

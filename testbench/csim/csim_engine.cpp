@@ -10,6 +10,7 @@
 #include <cstring>
 #include <mutex>
 
+#include "csim_pixels.hpp"
 #include "golden/engine/hit_codec.hpp"
 #include "golden/engine/registry.hpp"
 #include "hls/ring/ring.hpp"
@@ -180,6 +181,8 @@ EngineKind csim_engine_kind() {
   kind.make = [](const GridScene&, const MemoryImage& image, const std::string&) -> std::unique_ptr<Engine> {
     return make_csim_engine(image);
   };
+  kind.make_pixels = [](const MemoryImage& image, std::span<const contract::MaterialRecord> materials,
+                        const std::string&) { return make_csim_pixels(image.words(), materials); };
   return kind;
 }
 

@@ -6,7 +6,7 @@
 
 #include "golden/scene/geometry.hpp"
 #include "hls/include/contract.hpp"
-#include "rtl/regs/rt_regs.h"
+#include "rtl/shell/rt_regs.h"
 
 namespace retrace::cosim {
 namespace {
@@ -51,6 +51,12 @@ void CoreCounters::add(const CoreCounters& o) {
   }
 }
 
+bool has_two_levels(std::span<const std::uint64_t> image_words) {
+  return image_words.size() >= contract::HeaderRecord::kWords &&
+         contract::HeaderRecord::unpack(image_words.data()).version ==
+             static_cast<std::uint32_t>(contract::kImageVersionTwoLevels);
+}
+
 CoreDriver::CoreDriver(Device& device) : device_(device) {
   if (device.read_register(RT_OFFSET(id)) != RT_REGS__ID__VALUE_reset)
     throw Error("rtl core: no Retrace core behind these registers");
@@ -58,12 +64,16 @@ CoreDriver::CoreDriver(Device& device) : device_(device) {
   if (RT_FIELD(version, VERSION__CORE) != RT_REGS__VERSION__CORE_reset)
     throw Error("rtl core: register map of version " + std::to_string(RT_FIELD(version, VERSION__CORE)) +
                 ", expected " + std::to_string(RT_REGS__VERSION__CORE_reset));
-  if (RT_FIELD(version, VERSION__IMAGE) != static_cast<std::uint32_t>(contract::kImageVersion))
+  const std::uint32_t image_version = RT_FIELD(version, VERSION__IMAGE);
+  if (image_version == static_cast<std::uint32_t>(contract::kImageVersionTwoLevels))
+    identity_.levels = 2;
+  else if (image_version != static_cast<std::uint32_t>(contract::kImageVersion))
     throw Error("rtl core: reads memory images of another version");
   const std::uint32_t build = device.read_register(RT_OFFSET(build));
   identity_.lanes = static_cast<int>(RT_FIELD(build, BUILD__LANES));
   identity_.contexts = static_cast<int>(RT_FIELD(build, BUILD__CONTEXTS));
   identity_.data_bytes = static_cast<int>(RT_FIELD(build, BUILD__DATA_BYTES));
+  identity_.pixels = RT_FIELD(device.read_register(RT_OFFSET(features)), FEATURES__PIXELS) != 0;
   identity_.mail_entries = static_cast<int>(RT_FIELD(build, BUILD__MAIL_ENTRIES));
 }
 
@@ -109,6 +119,55 @@ void CoreDriver::start(std::span<const std::uint64_t> ray_words, const CoreMode&
   device_.write_register(RT_OFFSET(control), control);
 }
 
+void CoreDriver::load_pictures(std::span<const std::uint64_t> image_words,
+                               std::span<const std::uint64_t> material_words, std::uint64_t pixel_bytes) {
+  device_.release_all();
+  image_lines_ = image_words.size() / 8;
+  image_address_ = device_.allocate(std::max<std::uint64_t>(image_words.size() * 8, 64));
+  // Reads are whole granules, which may end behind the last record.
+  material_address_ = device_.allocate(material_words.size() * 8 + 64);
+  pixel_bytes_ = (pixel_bytes + 63) / 64 * 64;
+  for (std::uint64_t& address : frame_address_) address = device_.allocate(pixel_bytes_ + 64);
+  materials_ = material_words.size() * 8 / contract::kMaterialBytes;
+  device_.write_memory(image_address_, image_words);
+  device_.write_memory(material_address_, material_words);
+}
+
+void CoreDriver::start_picture(const contract::CameraRecord& camera, const contract::FrameRecord& frame,
+                               const CoreMode& mode) {
+  const std::size_t back = static_cast<std::size_t>(1 - status().front);
+  device_.write_memory(frame_address_[back], std::vector<std::uint64_t>(pixel_bytes_ / 8, kUnwritten));
+  rays_ = std::uint64_t{frame.width} * frame.height << frame.samples;
+  const auto words = [&](std::uint32_t offset, const auto& record) {
+    std::array<std::uint64_t, std::remove_cvref_t<decltype(record)>::kWords> packed{};
+    record.pack(packed.data());
+    for (std::uint32_t i = 0; i < 2 * packed.size(); ++i)
+      device_.write_register(offset + 4 * i, static_cast<std::uint32_t>(packed[i / 2] >> 32 * (i % 2)));
+  };
+  words(RT_OFFSET(pictures.frame), frame);
+  words(RT_OFFSET(pictures.camera), camera);
+  const auto address = [&](std::uint32_t low, std::uint64_t value) {
+    device_.write_register(low, static_cast<std::uint32_t>(value));
+    device_.write_register(low + 4, static_cast<std::uint32_t>(value >> 32));
+  };
+  address(RT_OFFSET(image_base_lo), image_address_);
+  address(RT_OFFSET(pictures.material_base_lo), material_address_);
+  address(RT_OFFSET(pictures.frame_base_0_lo), frame_address_[0]);
+  address(RT_OFFSET(pictures.frame_base_1_lo), frame_address_[1]);
+  device_.write_register(RT_OFFSET(pictures.material_count), static_cast<std::uint32_t>(materials_));
+  device_.write_register(RT_OFFSET(image_lines), static_cast<std::uint32_t>(image_lines_));
+  device_.write_register(RT_OFFSET(step_limit), mode.step_limit);
+  std::uint32_t control = RT_REGS__CONTROL__START_bm | RT_REGS__CONTROL__IRQ_ENABLE_bm | RT_REGS__CONTROL__ON_CHIP_bm;
+  if (mode.parent_links) control |= RT_REGS__CONTROL__PARENT_LINKS_bm;
+  if (mode.mailbox) control |= RT_REGS__CONTROL__USE_MAILBOX_bm;
+  if (mode.own_step_limit) control |= RT_REGS__CONTROL__OWN_STEP_LIMIT_bm;
+  device_.write_register(RT_OFFSET(control), control);
+}
+
+void CoreDriver::picture(std::span<std::uint64_t> words) {
+  device_.read_memory(frame_address_[static_cast<std::size_t>(status().front)], words);
+}
+
 void CoreDriver::wait(std::uint64_t most_clocks, const std::function<void(std::uint64_t)>& progress) {
   const std::uint64_t limit = device_.clocks() + most_clocks;
   while (!device_.wait_interrupt()) {
@@ -137,6 +196,10 @@ CoreStatus CoreDriver::status() {
   status.ray_fault = RT_FIELD(value, STATUS__RAY_FAULT) != 0;
   status.write_fault = RT_FIELD(value, STATUS__WRITE_FAULT) != 0;
   status.first_fault = RT_FIELD(value, STATUS__FIRST_FAULT);
+  status.frame_fault = RT_FIELD(value, STATUS__FRAME_FAULT) != 0;
+  status.camera_fault = RT_FIELD(value, STATUS__CAMERA_FAULT) != 0;
+  status.material_fault = RT_FIELD(value, STATUS__MATERIAL_FAULT) != 0;
+  status.front = static_cast<int>(RT_FIELD(value, STATUS__FRONT));
   status.fault_ray = device_.read_register(RT_OFFSET(fault_ray));
   status.write_fault_ray = device_.read_register(RT_OFFSET(write_fault_ray));
   return status;

@@ -8,7 +8,7 @@
 
 #include "golden/scene/geometry.hpp"
 #include "hls/include/contract.hpp"
-#include "rtl/regs/rt_regs.h"
+#include "rtl/shell/rt_regs.h"
 
 namespace retrace::cosim {
 namespace {

@@ -19,6 +19,8 @@ class Board final : public SerialEngine {
     if (driver_.identity().data_bytes != 8)
       throw Error("serial engine: the board's core has a bus of " + std::to_string(driver_.identity().data_bytes) +
                   " bytes, expected 8");
+    if (driver_.identity().levels < 2 && cosim::has_two_levels(image))
+      throw Error("serial engine: the image has instances, and the board's core has one level");
     // Image, rays and hits each begin at a multiple of kAlignment, and CoreDriver leaves 8 bytes behind rays and hits.
     constexpr std::uint64_t kAlign = cosim::SerialDevice::kAlignment, kPad = 2 * (kAlign + 8);
     const std::uint64_t memory = device_.identity().memory_bytes;

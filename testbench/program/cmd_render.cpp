@@ -112,6 +112,8 @@ void run_render(RenderArguments& a, const Common& common) {
     if (of_work && !find_engine(a.engine).counts_work)
       throw UsageError("engine " + a.engine + " does not count the work of each ray: there is no AOV " + name);
   }
+  if (a.on_chip && a.animation) throw UsageError("--on-chip makes a single picture: no --animation");
+  if (a.on_chip) return run_on_chip(a, common);
   if (a.animation) return run_animation(a, common);
   OutputFiles files;
   files.reads(a.scene);
@@ -201,10 +203,13 @@ void add_render(CLI::App& app, Program& program) {
       ->add_option("-c,--camera", a->camera,
                    "Camera by name or number; default: the first, or a view of the whole scene")
       ->type_name("CAMERA");
-  command->add_option("--spp", a->options.spp, "Samples a pixel")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 65536))
-      ->type_name("N");
+  const CLI::Option* const spp = command->add_option("--spp", a->options.spp, "Samples a pixel")
+                                     ->capture_default_str()
+                                     ->check(CLI::Range(1, 65536))
+                                     ->type_name("N");
+  command->add_flag("--on-chip", a->on_chip,
+                    "The engine makes rays and pixels by itself, lit from the camera: engine csim or rtl, --spp 1 "
+                    "(default), 2 or 4");
   command->add_flag("--shadows,!--no-shadows", a->options.shadows, "Shadow rays (on unless --no-shadows)");
   command->add_option("--ao", a->options.ao, "Ambient occlusion rays a sample; 0: none")
       ->capture_default_str()
@@ -296,7 +301,8 @@ void add_render(CLI::App& app, Program& program) {
       "  retrace render creatures.glb -o creatures.png --animation --fps 25\n"
       "  retrace render carousel.glb -o carousel.png --animation --frames 4 --engine csim --full-rebuild every\n";
   command->footer(footer);
-  command->callback([a, way_up, mailbox, &program] {
+  command->callback([a, way_up, mailbox, spp, &program] {
+    a->chose_spp = spp->count() > 0;
     a->chose_walk = way_up->count() > 0 || mailbox->count() > 0;
     run_render(*a, program.common);
   });

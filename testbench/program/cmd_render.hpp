@@ -15,6 +15,8 @@ struct RenderArguments {
                              lights = "auto", stats, color_map = "inferno";
   std::vector<std::string> aovs;
   bool chose_walk = false;  ///< --way-up or --mailbox was given
+  bool chose_spp = false;
+  bool on_chip = false;
   RenderOptions options;
 
   bool animation = false;
@@ -38,5 +40,8 @@ void write_aovs(const RenderArguments& a, const RenderResult& result, const std:
 /// A numbered sequence of an animated file, and a video. Arguments are checked as far as they are those of a single
 /// picture.
 void run_animation(RenderArguments& a, const Common& common);
+
+/// The engine makes the picture itself. Arguments are checked as far as they are those of any picture.
+void run_on_chip(const RenderArguments& a, const Common& common);
 
 }  // namespace retrace::cli

@@ -27,7 +27,7 @@ bool is_memory_image(const std::filesystem::path& path) {
   return file.gcount() == 4 && word == static_cast<std::uint32_t>(contract::kImageMagic);
 }
 
-LoadedScene load_scene(const std::string& scene, const Common& common, bool textures) {
+LoadedScene load_scene(const std::string& scene, const Common& common, bool textures, double side) {
   LoadedScene loaded;
   Scene read;
   const double load_start = now();
@@ -53,6 +53,7 @@ LoadedScene load_scene(const std::string& scene, const Common& common, bool text
     for (const std::string& text : notes) note(common, text);
   }
   static_cast<TracedScene&>(loaded) = snap_scene(std::move(read), common.two_levels);
+  if (side != 1.0 && !loaded.grid.two_levels) loaded.grid = snap(loaded.world, side);
   loaded.load_s = now() - load_start;
   if (loaded.grid.degenerate > 0) {
     note(common, loaded.name + ": " + with_commas(loaded.grid.degenerate) + " of " +

@@ -37,7 +37,8 @@ bool is_memory_image(const std::filesystem::path& path);
 
 /// Loads, flattens (or keeps the instances of) and snaps a scene and builds its image. A scene is a glTF file or, where there is no such file, the name of a generator
 /// with parameters (scenes/open_scene.hpp). Throws Error; a packed image is an Error that says what can be done with it.
-LoadedScene load_scene(const std::string& scene, const Common& common, bool textures = true);
+/// `side`: of the cube of the grid that is used, see snap().
+LoadedScene load_scene(const std::string& scene, const Common& common, bool textures = true, double side = 1.0);
 
 /// {"file", "triangles", "degenerate", "image_bytes", "load_s", "build_s"}, and "instances", "objects" of two levels.
 nlohmann::ordered_json scene_json(const LoadedScene& scene);

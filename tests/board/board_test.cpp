@@ -10,7 +10,7 @@
 
 #include "golden/render/view.hpp"
 #include "golden/tree/traced_scene.hpp"
-#include "rtl/regs/rt_regs.h"
+#include "rtl/shell/rt_regs.h"
 #include "scenes/open_scene.hpp"
 #include "testbench/csim/csim_engine.hpp"
 #include "testbench/driver/serial_engine.hpp"

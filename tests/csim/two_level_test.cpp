@@ -11,8 +11,8 @@
 #include "golden/tree/two_level_scene.hpp"
 #include "hls/top/trace.hpp"
 #include "testbench/kit/closed_meshes.hpp"
-#include "testbench/kit/test_instances.hpp"
 #include "testbench/kit/two_level_walk.hpp"
+#include "testbench/kit/two_level_world.hpp"
 
 namespace retrace {
 namespace {
@@ -24,96 +24,10 @@ int rays_of_a_test() {
   return text ? std::atoi(text) : 20000;
 }
 
-/// A closed mesh small enough for an object.
-GridScene make_object(const std::string& kind, int cells, Random& random) {
-  GridScene scene = make_closed_mesh(kind, cells, random);
-  std::array<std::int32_t, 6> box{0, 0, 0, 0, 0, 0};
-  std::vector<GridTriangle> kept;
-  for (GridTriangle triangle : scene.triangles) {
-    for (GridPoint& p : triangle.vertices) {
-      for (int axis = 0; axis < 3; ++axis) {
-        p[axis] = static_cast<std::int32_t>(std::int64_t{p[axis]} * 9 / 10);
-        const auto at = static_cast<std::size_t>(2 * axis);
-        box[at] = std::min(box[at], p[axis] - contract::kBoxPad);
-        box[at + 1] = std::max(box[at + 1], p[axis] + contract::kBoxPad);
-      }
-    }
-    const auto n =
-        exact::cross(exact::difference(exact::to_vec(triangle.vertices[1]), exact::to_vec(triangle.vertices[0])),
-                     exact::difference(exact::to_vec(triangle.vertices[2]), exact::to_vec(triangle.vertices[0])));
-    if (n != exact::Vec{0, 0, 0}) kept.push_back(triangle);
-  }
-  scene.triangles = kept;
-  scene.box = box;
-  return scene;
-}
-
-struct World {
-  std::vector<GridScene> objects;
-  std::vector<PlacedObject> placed;
-  TwoLevelScene scene;
-
-  glm::dvec3 to_world(std::uint32_t instance, const glm::dvec3& point) const {
-    return placed[instance].to_world.linear * point + placed[instance].to_world.offset;
-  }
-  const GridScene& object(std::uint32_t instance) const { return objects[placed[instance].object]; }
-};
-
-World make_world(Random& random, std::size_t instances, int cells) {
-  World world;
-  for (const char* kind : {"box", "sphere", "random", "sliver"})
-    world.objects.push_back(make_object(kind, cells, random));
-  for (std::size_t i = 0; i < instances; ++i) {
-    if (i % 4 == 3) {  // in the same place as an earlier one: all hits are ties
-      world.placed.push_back(world.placed[random.below(i)]);
-      continue;
-    }
-    const auto shape = static_cast<InstanceShape>(random.below(static_cast<std::uint64_t>(InstanceShape::kCount)));
-    const auto object = static_cast<std::uint32_t>(random.below(world.objects.size()));
-    world.placed.push_back({object, random_placement(random, shape)});
-  }
-  world.scene = build_two_levels(world.objects, world.placed);
-  return world;
-}
-
-contract::RayRecord make_ray(const GridPoint& origin, glm::dvec3 target, Random& random) {
-  contract::RayRecord ray;
-  glm::dvec3 d = target - glm::dvec3(origin) / kUnit;
-  if (glm::length(d) < 1e-9) d = glm::dvec3(random.real(-1, 1), 1.0, random.real(-1, 1));
-  d = glm::normalize(d);
-  for (int axis = 0; axis < 3; ++axis) {
-    ray.origin[static_cast<std::size_t>(axis)] = origin[axis];
-    ray.direction[static_cast<std::size_t>(axis)] =
-        static_cast<std::int32_t>(std::min(std::floor(d[axis] * 0x1p26 + 0.5), 0x1p26 - 1));
-  }
-  ray.t_max = (1u << contract::kTLimitBits) - 1;
-  return ray;
-}
-
-/// Inside, on an edge or at a vertex of a triangle of some instance, in the world.
-glm::dvec3 random_target(const World& world, std::uint32_t instance, Random& random) {
-  const auto& triangles = world.object(instance).triangles;
-  const GridTriangle& triangle = triangles[random.below(triangles.size())];
-  glm::dvec3 weight(random.real(0, 1), random.real(0, 1), random.real(0, 1));
-  const auto aim = random.below(8);
-  if (aim < 2) weight[static_cast<int>(random.below(3))] = 0.0;
-  if (aim == 2) weight = glm::dvec3(1.0, 0.0, 0.0);
-  weight /= weight.x + weight.y + weight.z;
-  glm::dvec3 point(0.0);
-  for (int i = 0; i < 3; ++i) point += weight[i] * glm::dvec3(triangle.vertices[static_cast<std::size_t>(i)]) / kUnit;
-  return world.to_world(instance, point);
-}
-
 GridPoint to_codes(const glm::dvec3& p) { return GridPoint(glm::floor(p * kUnit + 0.5)); }
 
-GridPoint random_origin(const World& world, Random& random) {
-  const auto& box = world.scene.top.header().box;
-  const auto face = [&](std::size_t i) { return static_cast<std::int32_t>(box[i]); };
-  return {random.integer(face(0), face(1)), random.integer(face(2), face(3)), random.integer(face(4), face(5))};
-}
-
 /// Objects and instances as the comparator takes them.
-GridScene grid_of(const World& world) {
+GridScene grid_of(const TwoLevelWorld& world) {
   GridScene grid;
   grid.two_levels = true;
   grid.objects = world.objects;
@@ -123,7 +37,7 @@ GridScene grid_of(const World& world) {
 }
 
 /// The hit as an engine would report it.
-Hit reported(const World& world, const TwoLevelHit& hit) {
+Hit reported(const TwoLevelWorld& world, const TwoLevelHit& hit) {
   if (!hit.hit) return {};
   Hit result;
   result.status = contract::kStatusHit;
@@ -168,7 +82,7 @@ TEST_P(TwoLevels, walk_equals_brute_force_but_at_false_hits) {
   const std::uint64_t seed = test_seed();
   Random random(seed);
   const auto [instances, cells] = GetParam();
-  const World world = make_world(random, static_cast<std::size_t>(instances), cells);
+  const TwoLevelWorld world = make_two_level_world(random, static_cast<std::size_t>(instances), cells);
   TwoLevelWork work;
   const GridScene grid = grid_of(world);
   const Comparator comparator(grid);
@@ -176,7 +90,7 @@ TEST_P(TwoLevels, walk_equals_brute_force_but_at_false_hits) {
   const int rays = rays_of_a_test();
   for (int i = 0; i < rays; ++i) {
     const auto instance = static_cast<std::uint32_t>(random.below(world.placed.size()));
-    auto ray = make_ray(random_origin(world, random), random_target(world, instance, random), random);
+    auto ray = make_world_ray(random_world_origin(world, random), random_world_target(world, instance, random), random);
     if (random.chance(8))
       ray.t_max = static_cast<std::uint32_t>(random.below(std::uint64_t{3} << contract::kTLimitFrac));
     const TwoLevelHit hit = trace_two_levels(world.scene, ray, &work);
@@ -226,7 +140,7 @@ TEST_P(TwoLevels, no_ray_leaves_a_closed_mesh_of_an_instance) {
   const std::uint64_t seed = test_seed();
   Random random(seed + 1);
   const auto [instances, cells] = GetParam();
-  const World world = make_world(random, static_cast<std::size_t>(instances), cells);
+  const TwoLevelWorld world = make_two_level_world(random, static_cast<std::size_t>(instances), cells);
   int escaped = 0, left_out = 0;
   const int rays = rays_of_a_test();
   for (int i = 0; i < rays; ++i) {
@@ -235,7 +149,7 @@ TEST_P(TwoLevels, no_ray_leaves_a_closed_mesh_of_an_instance) {
     const glm::dvec3 inside = glm::dvec3(inside_closed_mesh(object, random)) / kUnit;
     const GridPoint origin = to_codes(world.to_world(instance, inside));
     // The world's grid is coarse for a small object: the rounded origin may be outside its mesh, and then nothing is promised.
-    const auto ray = make_ray(origin, random_target(world, instance, random), random);
+    const auto ray = make_world_ray(origin, random_world_target(world, instance, random), random);
     const auto entry = enter_instance(world.scene.instances[instance], ray, ray.t_max + 1);
     if (!entry || entry->start != 0) {
       ++left_out;
@@ -260,15 +174,16 @@ TEST_P(TwoLevels, the_answer_does_not_depend_on_the_order_of_visits) {
   const std::uint64_t seed = test_seed();
   Random random(seed + 2);
   const auto [instances, cells] = GetParam();
-  const World world = make_world(random, static_cast<std::size_t>(instances), cells);
-  World turned = world;
+  const TwoLevelWorld world = make_two_level_world(random, static_cast<std::size_t>(instances), cells);
+  TwoLevelWorld turned = world;
   std::reverse(turned.placed.begin(), turned.placed.end());
   turned.scene = build_two_levels(turned.objects, turned.placed);
   int same = 0;
   const int rays = rays_of_a_test() / 4;
   for (int i = 0; i < rays; ++i) {
     const auto instance = static_cast<std::uint32_t>(random.below(world.placed.size()));
-    const auto ray = make_ray(random_origin(world, random), random_target(world, instance, random), random);
+    const auto ray =
+        make_world_ray(random_world_origin(world, random), random_world_target(world, instance, random), random);
     const TwoLevelHit one = trace_two_levels(world.scene, ray), two = trace_two_levels(turned.scene, ray);
     ASSERT_EQ(one.hit, two.hit) << "seed " << seed << " ray " << i;
     if (!one.hit) continue;
@@ -318,12 +233,12 @@ TEST_P(TwoLevels, the_kernel_says_what_the_walk_says) {
   const std::uint64_t seed = test_seed();
   Random random(seed + 3);
   const auto [instances, cells] = GetParam();
-  const World world = make_world(random, static_cast<std::size_t>(instances), cells);
+  const TwoLevelWorld world = make_two_level_world(random, static_cast<std::size_t>(instances), cells);
   const auto image = assemble_two_levels(world.scene);
   std::vector<contract::RayRecord> rays;
   for (int i = 0; i < rays_of_a_test() / 10; ++i) {
     const auto instance = static_cast<std::uint32_t>(random.below(world.placed.size()));
-    auto ray = make_ray(random_origin(world, random), random_target(world, instance, random), random);
+    auto ray = make_world_ray(random_world_origin(world, random), random_world_target(world, instance, random), random);
     if (random.chance(8))
       ray.t_max = static_cast<std::uint32_t>(random.below(std::uint64_t{3} << contract::kTLimitFrac));
     if (random.chance(50)) ray.origin[0] = (1 << 24) + 1;
@@ -353,10 +268,10 @@ INSTANTIATE_TEST_SUITE_P(Scenes, TwoLevels, testing::Values(std::pair{1, 4}, std
 TEST(TwoLevel, corrupt_instances_are_bad_records_or_misses_and_never_hang) {
   const std::uint64_t seed = test_seed();
   Random random(seed);
-  const World world = make_world(random, 12, 2);
+  const TwoLevelWorld world = make_two_level_world(random, 12, 2);
   int bad = 0;
   for (int i = 0; i < 4000; ++i) {
-    World broken = world;
+    TwoLevelWorld broken = world;
     const auto number = random.below(broken.scene.instances.size());
     std::uint64_t words[contract::InstanceRecord::kWords];
     broken.scene.instances[number].pack(words);
@@ -365,8 +280,8 @@ TEST(TwoLevel, corrupt_instances_are_bad_records_or_misses_and_never_hang) {
       words[bit / 64] ^= std::uint64_t{1} << (bit % 64);
     }
     broken.scene.instances[number] = contract::InstanceRecord::unpack(words);
-    const auto ray = make_ray(random_origin(world, random),
-                              random_target(world, static_cast<std::uint32_t>(number), random), random);
+    const auto ray = make_world_ray(random_world_origin(world, random),
+                                    random_world_target(world, static_cast<std::uint32_t>(number), random), random);
     std::uint32_t status = 0;
     const TwoLevelHit hit = trace_two_levels(broken.scene, ray, nullptr, &status);
     bad += status == static_cast<std::uint32_t>(contract::kStatusBadRecord);
@@ -378,13 +293,13 @@ TEST(TwoLevel, corrupt_instances_are_bad_records_or_misses_and_never_hang) {
 TEST(TwoLevel, a_corrupt_image_ends_every_ray_of_the_kernel) {
   const std::uint64_t seed = test_seed();
   Random random(seed + 4);
-  const World world = make_world(random, 12, 2);
+  const TwoLevelWorld world = make_two_level_world(random, 12, 2);
   const auto image = assemble_two_levels(world.scene);
   std::vector<contract::RayRecord> rays;
   for (int i = 0; i < 40; ++i)
-    rays.push_back(make_ray(random_origin(world, random),
-                            random_target(world, static_cast<std::uint32_t>(random.below(world.placed.size())), random),
-                            random));
+    rays.push_back(make_world_ray(
+        random_world_origin(world, random),
+        random_world_target(world, static_cast<std::uint32_t>(random.below(world.placed.size())), random), random));
   std::array<int, 16> statuses{};
   const auto header = contract::HeaderRecord::unpack(image.data());
   for (int i = 0; i < 400; ++i) {
@@ -433,7 +348,7 @@ TEST(TwoLevel, at_the_same_t_the_lower_instance_wins_though_it_is_met_later) {
 
 TEST(TwoLevel, what_cannot_be_an_instance_is_refused) {
   Random random(test_seed());
-  std::vector<GridScene> objects{make_object("box", 2, random)};
+  std::vector<GridScene> objects{make_small_object("box", 2, random)};
   std::vector<PlacedObject> placed{{0, {}}};
   EXPECT_THROW(build_two_levels(objects, std::vector<PlacedObject>{{1, {}}}), Error);
   placed[0].to_world.linear = glm::dmat3(0.0);

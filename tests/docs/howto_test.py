@@ -16,7 +16,7 @@ FOLDERS = ["rtl", "scripts/cmake", "testbench/sim/core", "docs/configurations.md
 def elaborate(folder):
     filesets = (folder / "retrace.core").read_text(encoding="utf-8").split("\nfilesets:")[1].split("\nparameters:")[0]
     sources = [name for name in re.findall(r"^      - (rtl/[\w/]+\.s?v)$", filesets, re.MULTILINE) if not name.startswith("rtl/board/")]
-    return subprocess.run(["verilator", "--lint-only", "-Wall", "--assert", "+define+RT_CONFIG=ConfigMine", "-GC_M_AXI_IMAGE_DATA_WIDTH=128", "+incdir+rtl/lib",
+    return subprocess.run(["verilator", "--lint-only", "-Wall", "--assert", "+define+RT_CONFIG=ConfigMine", "-GC_M_AXI_IMAGE_DATA_WIDTH=128", "+incdir+rtl/pkg",
                            "rtl/waivers.vlt", *sources, "--top-module", "rt_axi"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
 
 

@@ -70,7 +70,7 @@ def lint(folder):
         print("release_test: no verilator, the package is not linted")
         return
     sources = [name for name in names if name.startswith("rtl/") and name.endswith((".sv", ".v", ".vlt")) and not name.startswith("rtl/board/")]
-    step = subprocess.run(["verilator", "--lint-only", "-Wall", "+define+RT_CONFIG=ConfigSmall", "+incdir+rtl/lib", "rtl/waivers.vlt",
+    step = subprocess.run(["verilator", "--lint-only", "-Wall", "+define+RT_CONFIG=ConfigSmall", "+incdir+rtl/pkg", "rtl/waivers.vlt",
                            *[name for name in sources if name != "rtl/waivers.vlt"], "--top-module", "rt_axi"], cwd=folder, stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT, text=True, check=False)
     check(step.returncode == 0, "lint of the RTL package:\n" + step.stdout)

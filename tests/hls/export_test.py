@@ -19,6 +19,8 @@ import sys
 import tempfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path.insert(0, os.path.join(ROOT, "scripts"))
+from rtl_rooms import rtl_rooms  # noqa: E402
 EXPORT = os.path.join(ROOT, "scripts", "export_hls.sh")
 STUB = os.path.join(ROOT, "tests", "hls", "vendor_stub.tcl")
 STAGES = ["ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish", "instance_enter"]
@@ -389,7 +391,7 @@ def scripts(work, _):
     # The core: as an IP, and placed by itself. Packages are read before those who use them, and the tools see the files that FuseSoC lists.
     # The board around the core is a file set of its own, which the IP does not take.
     listed = [path for path in re.findall(r"^      - (rtl/\S+\.s?v)$", read(os.path.join(ROOT, "retrace.core")), re.M) if not path.startswith("rtl/board/")]
-    folders = [os.path.join(ROOT, "rtl", name) for name in ("pkg", "lib", "stages", "top", "regs", "cache")]
+    folders = [os.path.join(ROOT, "rtl", name) for name in rtl_rooms("board")]
     ip = os.path.join(work, "ip")
     for name, result in (("vivado_ip.tcl", run(["tclsh", STUB, os.path.join(ROOT, "scripts/vivado_ip.tcl"), ip, "ConfigWide"], work)),
                          ("vivado_ooc.tcl on rt_axi",

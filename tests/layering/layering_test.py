@@ -109,7 +109,7 @@ def check(root):
 
 def copy_of(root, folder):
     copy = pathlib.Path(folder).resolve()
-    for part in (*FOLDERS, "rtl/regs"):
+    for part in (*FOLDERS, "rtl/shell"):
         shutil.copytree(root / part, copy / part, ignore=shutil.ignore_patterns("*.glb", "*.hex"))
     (copy / "tests/layering").mkdir(parents=True)
     shutil.copy(root / "tests/layering/rooms.toml", copy / "tests/layering")
@@ -130,7 +130,7 @@ def bites(root):
     # The table itself: an arrow upwards, an arrow that nothing takes.
     table = [
         ('"golden/base" = []', '"golden/base" = ["golden/scene"]', "golden/base uses 'golden/scene', which does not stand above it"),
-        ('"golden/base" = []', '"golden/base" = ["rtl/regs"]', "golden/base is permitted to use rtl/regs and does not"),
+        ('"golden/base" = []', '"golden/base" = ["rtl/shell"]', "golden/base is permitted to use rtl/shell and does not"),
     ]
     failed, known = 0, check(root)[0]
     for old, new, wanted in table:

@@ -129,7 +129,7 @@ endmodule
 """
 
     def registers(self, name, change):
-        with open(os.path.join(ROOT, "rtl/lib/rt_copies.sv")) as file:
+        with open(os.path.join(ROOT, "rtl/stream/rt_copies.sv")) as file:
             module = file.read()
         self.assertIn("copy_q", module)
         text = module.replace("copy_q", change) + self.TEXT

@@ -9,7 +9,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "scripts"))
-from rtl_packages import rtl_packages  # noqa: E402
+from rtl_rooms import rtl_packages, rtl_rooms  # noqa: E402
 
 CONFIGURATIONS = "pkg/rt_config_pkg.sv"
 # What is changed in ConfigEcp5, and the check that must refuse it.
@@ -35,9 +35,11 @@ BROKEN = [
     ({"hit_lines": 12}, "LinesKnown"),
     ({"hit_lines": 64}, "LinesKnown"),
     ({"launch_hops": 9}, "DepthSmall"),
+    ({"levels": 3}, "LevelsKnown"),
+    ({"levels": 2, "contexts_per_lane": 64}, "ContextsOfLevelsFit"),
 ]
 ALLOWED = [{"lanes": 8, "contexts_per_lane": 64}, {"contexts_per_lane": 16}, {"granule_bytes": 64, "node_line_pairs": 4}, {"ways": 1}, {"mail_entries": 0}, {"hit_lines": 2},
-           {"fill_hops": 0, "launch_hops": 0, "leaf_hops": 0}]
+           {"fill_hops": 0, "launch_hops": 0, "leaf_hops": 0}, {"levels": 2}, {"levels": 2, "mail_entries": 0, "launch_hops": 0}]
 
 
 def elaborate(changes):
@@ -50,9 +52,9 @@ def elaborate(changes):
     with tempfile.TemporaryDirectory() as folder:
         package = pathlib.Path(folder, "rt_config_pkg.sv")
         package.write_text(text.replace("endpackage", "  localparam config_t ConfigTried = '{%s};\nendpackage" % record))
-        run = subprocess.run(["verilator", "--lint-only", "-Wno-lint", "+define+RT_CONFIG=ConfigTried", "+incdir+rtl/lib",
-                              *[word for name in ("lib", "stages", "cache", "regs", "top") for word in ("-y", "rtl/" + name)],
-                              *[str(package) if name == CONFIGURATIONS else "rtl/" + name for name in rtl_packages()], "rtl/top/rt_top.sv", "--top-module", "rt_top"],
+        run = subprocess.run(["verilator", "--lint-only", "-Wno-lint", "+define+RT_CONFIG=ConfigTried", "+incdir+rtl/pkg",
+                              *[word for name in rtl_rooms("board") for word in ("-y", "rtl/" + name)],
+                              *[str(package) if name == CONFIGURATIONS else "rtl/" + name for name in rtl_packages()], "rtl/shell/rt_top.sv", "--top-module", "rt_top"],
                              cwd=ROOT, capture_output=True, text=True)
     return run.returncode, run.stdout + run.stderr
 

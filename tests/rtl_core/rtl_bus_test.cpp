@@ -12,7 +12,7 @@
 #include <sstream>
 #include <utility>
 
-#include "rtl/regs/rt_regs.h"
+#include "rtl/shell/rt_regs.h"
 #include "testbench/driver/core_driver.hpp"
 #include "testbench/sim/core/simulated_device.hpp"
 #include "tests/rtl_core/frames.hpp"

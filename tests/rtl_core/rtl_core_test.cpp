@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "rtl/regs/rt_regs.h"
+#include "rtl/shell/rt_regs.h"
 #include "testbench/csim/csim_engine.hpp"
 #include "testbench/sim/core/rtl_engine.hpp"
 #include "testbench/sim/core/simulated_device.hpp"

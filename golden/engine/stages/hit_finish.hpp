@@ -1,5 +1,5 @@
 // hit_finish in double: barycentric coordinates of the best hit.
-// Counterparts: hls/stages/hit_finish.hpp, rtl/stages/rt_hit_finish.sv. Source: Woop et al. 2005, section 3.2.
+// Counterparts: hls/stages/hit_finish.hpp, rtl/isect/rt_hit_finish.sv. Source: Woop et al. 2005, section 3.2.
 #pragma once
 #include "golden/engine/engine.hpp"
 #include "tri_test.hpp"

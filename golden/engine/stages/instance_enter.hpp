@@ -11,7 +11,7 @@
 // size x: the bits of x without its sign. The ray of the object depends on ray and instance alone, is rounded once and exact from then on:
 // what holds for a ray through one tree holds for it. In the world a hit at t' lies at (q 2^20 + t') >> k, monotone in t'.
 // Exact integers here; transform_exactly() is the same transform in reals, without any rounding. Bounds: docs/error-bounds.md, "instance_enter".
-// Counterparts: hls/stages/instance_enter.hpp, rtl/stages/rt_instance_enter.sv. Source: Wald et al. 2003; Schmittler et al. 2004.
+// Counterparts: hls/stages/instance_enter.hpp, rtl/isect/rt_instance_enter.sv. Source: Wald et al. 2003; Schmittler et al. 2004.
 #pragma once
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // kd_backtrack, golden: is this parent the place to turn? Planes are compared as integers, as everywhere.
-// Counterparts: hls/stages/kd_backtrack.hpp, rtl/stages/rt_kd_backtrack.sv. Source: Lee 2007, section 3; Foley & Sugerman 2005, section 3.2.
+// Counterparts: hls/stages/kd_backtrack.hpp, rtl/walk/rt_kd_backtrack.sv. Source: Lee 2007, section 3; Foley & Sugerman 2005, section 3.2.
 #pragma once
 #include <cstdint>
 

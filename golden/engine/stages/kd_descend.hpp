@@ -1,5 +1,5 @@
 // kd_descend in double: near child if t < t_plane(split), else far. Returns the child's node index.
-// Counterparts: hls/stages/kd_descend.hpp, rtl/stages/rt_kd_descend.sv. Source: Lee 2007, section 3.
+// Counterparts: hls/stages/kd_descend.hpp, rtl/walk/rt_kd_descend.sv. Source: Lee 2007, section 3.
 #pragma once
 #include "ray_setup.hpp"
 

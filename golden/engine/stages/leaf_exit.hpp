@@ -1,5 +1,5 @@
 // leaf_exit in double: where a ray leaves the cell with the bounds `bound` (by face); the lowest axis wins a tie.
-// Counterparts: hls/stages/leaf_exit.hpp, rtl/stages/rt_leaf_exit.sv. Source: Lee 2007, section 3.
+// Counterparts: hls/stages/leaf_exit.hpp, rtl/leaf/rt_leaf_exit.sv. Source: Lee 2007, section 3.
 #pragma once
 #include <array>
 

@@ -1,7 +1,7 @@
 // ray_setup in double: reciprocals of the direction.
 // A direction of zero gets a reciprocal so large that every plane but the origin's own is beyond reach, on the side where it lies; the
 // origin's own plane gives t = 0. Both are what kd_descend does with its zero flag.
-// Counterparts: hls/stages/ray_setup.hpp, rtl/stages/rt_ray_setup.sv. Source: Lee 2007, section 3.
+// Counterparts: hls/stages/ray_setup.hpp, rtl/ray/rt_ray_setup.sv. Source: Lee 2007, section 3.
 #pragma once
 #include <glm/glm.hpp>
 

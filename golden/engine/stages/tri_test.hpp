@@ -8,7 +8,7 @@
 // direction are exact in doubles, so only the products of the formulas above round: with vertices in [-1, 1], E = the larger of
 // |e1|_1, |e2|_1, and any origin and direction of their formats, U, V and W are off by less than 2^-45 E, h and t_max dn together by less
 // than 2^-47 |n|_1, and t by less than 2^-37 where dn >= 2^-10 |n|_1 (docs/error-bounds.md, "Golden").
-// Counterparts: hls/stages/tri_test.hpp, rtl/stages/rt_tri_test.sv. Source: Moeller & Trumbore 1997; for the filter Shewchuk 1997.
+// Counterparts: hls/stages/tri_test.hpp, rtl/isect/rt_tri_test.sv. Source: Moeller & Trumbore 1997; for the filter Shewchuk 1997.
 #pragma once
 #include <algorithm>
 #include <cassert>

@@ -12,7 +12,7 @@ namespace retrace {
 namespace {
 
 /// Indices of the rays inside, in the order in which they stand in the core's memory: that of the list, which the core visits in tiles if it
-/// has rows. Where rays are missing, what is left has no rows; then the list itself is in the tiles of rtl/top/rt_ray_source.sv.
+/// has rows. Where rays are missing, what is left has no rows; then the list itself is in the tiles of rtl/ray/rt_ray_source.sv.
 std::vector<std::size_t> rays_to_submit(std::span<const GridRay> rays, std::size_t row) {
   constexpr std::size_t kTileWidth = 4, kTileHeight = 64;
   std::vector<std::size_t> order = rays_inside(rays);
@@ -34,7 +34,11 @@ class Simulation final : public RtlEngine {
       : image_(image),
         options_(options),
         device_({options.configuration, options.memory, options.waves, options.seed}),
-        driver_(device_) {}
+        driver_(device_) {
+    if (driver_.identity().levels < 2 && cosim::has_two_levels(image))
+      throw Error("rtl engine: the image has instances and the configuration '" + options.configuration +
+                  "' one level; saarcor has two");
+  }
 
   std::string name() const override { return "rtl"; }
   std::span<const std::uint64_t> raw_hits() const override { return raw_hits_; }

@@ -10,6 +10,7 @@
 #include "golden/base/text.hpp"
 #include "golden/engine/registry.hpp"
 #include "testbench/sim/core/rtl_engine.hpp"
+#include "testbench/sim/core/rtl_pixels.hpp"
 
 namespace retrace {
 namespace {
@@ -143,6 +144,13 @@ EngineKind rtl_engine_kind() {
     if (!argument.empty()) rtl.configuration = argument;
     rtl.memory = parse_memory(options->memory);
     return make_rtl_engine(image, rtl);
+  };
+  kind.make_pixels = [options](const MemoryImage& image, std::span<const contract::MaterialRecord> materials,
+                               const std::string& argument) {
+    RtlOptions rtl = options->rtl;
+    if (!argument.empty()) rtl.configuration = argument;
+    rtl.memory = parse_memory(options->memory);
+    return make_rtl_pixels(image.words(), materials, rtl);
   };
   return kind;
 }

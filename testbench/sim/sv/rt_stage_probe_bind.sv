@@ -14,7 +14,7 @@ bind rt_core rt_stage_probe #(
     .Stage(3), .InBits($bits(rt_contract_pkg::tri_test_in_record_t)), .OutBits($bits(rt_contract_pkg::tri_test_out_record_t))
 ) u_tri_test_probe (
     .clk_i, .rst_ni(rst_n[ResetTests]),
-    .in_valid_i(entering_valid && entering.tag.test), .in_ready_o(entering_ready), .in_data_i(entering.data),
+    .in_valid_i(test_valid && test_tag.test), .in_ready_o(test_ready), .in_data_i(test_data),
     .out_valid_o(tri_valid && tri_tag.test), .out_ready_i(tri_ready), .out_data_o(tri_data)
 );
 bind rt_kd_backtrack rt_stage_probe #(

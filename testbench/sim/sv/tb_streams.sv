@@ -62,6 +62,7 @@ module tb_streams #(
   rt_core_pkg::tagged_ray_t      ray;
   rt_core_pkg::tagged_hit_t      hit;
   rt_config_pkg::counter_steps_t steps_unused;
+  rt_contract_pkg::position_t [5:0] box_unused;
   logic                          rays_start, source_done, sink_done, ray_valid, ray_ready, hit_valid, hit_ready;
   rt_core #(
       .Config(Config)
@@ -70,10 +71,11 @@ module tb_streams #(
       .rst_ni,
       .start_i,
       .run_i         ('{image_base: image_base_i, image_lines: image_lines_i, parent_links: parent_links_i, use_mailbox: use_mailbox_i,
-                        own_step_limit: 1'b0, step_limit: '0}),
+                        own_step_limit: 1'b0, step_limit: '0, any_origin: 1'b0}),
       .status_o      (status),
       .rays_start_o  (rays_start),
       .sources_done_i(source_done),
+      .box_o         (box_unused),
       .drained_o,
       .sinks_done_i  (sink_done),
       .ray_valid_i   (ray_valid),

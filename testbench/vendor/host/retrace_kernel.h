@@ -1,5 +1,5 @@
 /* Register map of the HLS kernel retrace_trace (hls/top/trace.cpp) for a host: its AXI4-Lite slave `s_axi_control`. This is the kernel that the
- * vendor's HLS compiler makes of this package, not the SystemVerilog core, whose map is another one (rtl/regs/rt_regs.h).
+ * vendor's HLS compiler makes of this package, not the SystemVerilog core, whose map is another one (rtl/shell/rt_regs.h).
  *
  * The offsets follow from the order of the arguments by the vendor's rule: control words at 0x00 to 0x0c, then for every argument its value in
  * whole 32-bit words and one reserved word. The compiler prints the same in xretrace_trace_hw.h; vitis_hls.tcl compares the two after csynth and

@@ -1,0 +1,25 @@
+// Pictures without a host: rays from a camera, pixels from hits. Two kernels on both sides of one that traces; what goes between them is a stream.
+#pragma once
+#include "../include/contract_types.hpp"
+#include "../include/stream.hpp"
+
+/// Words of the summary of retrace_raster and of retrace_shade.
+enum RetracePixels {
+  kPixelsStatus = 0,  ///< 0, or why nothing was drawn: RetraceFault of trace.hpp, or kFaultFrame
+  kPixelsSamples,     ///< samples made, or shaded
+  kPixelsOdd,  ///< retrace_raster: samples whose camera is none that a host writes; retrace_shade: hits of triangles without a material
+  kPixelsWords
+};
+enum RetracePixelsFault { kFaultFrame = 8 };
+
+/// Samples of a frame as rays, in its order: tiles in rows, pixels of a tile in rows, samples of a pixel one after the other.
+/// `image`: the memory image, of which the header is read. `camera`, `frame`: one record each.
+extern "C" void retrace_raster(const retrace::hls::word_t* image, const retrace::hls::word_t* camera,
+                               const retrace::hls::word_t* frame, hls::stream<retrace::hls::raster_out_word_t>& samples,
+                               ap_uint<64>* summary, ap_uint<32> image_lines);
+
+/// What became of these samples, in the same order, into pixels of 32 or 64 bits (contract: pixel_*), row by row from `pixels`.
+/// `materials`: material_count records of 8 bytes, two in a word.
+extern "C" void retrace_shade(const retrace::hls::word_t* frame, const retrace::hls::word_t* materials,
+                              hls::stream<retrace::hls::shade_in_word_t>& samples, ap_uint<32>* pixels,
+                              ap_uint<64>* summary, ap_uint<32> material_count);

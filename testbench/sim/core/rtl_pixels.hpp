@@ -1,0 +1,19 @@
+// Pictures by the simulated core: a camera goes into its registers, pixels come from its frame buffer.
+#pragma once
+#include <memory>
+#include <span>
+
+#include "golden/engine/pixels.hpp"
+#include "testbench/sim/core/rtl_engine.hpp"
+
+namespace retrace {
+
+/// `image_words` outlives it. Throws Error if the configuration makes no pictures.
+std::unique_ptr<PixelEngine> make_rtl_pixels(std::span<const std::uint64_t> image_words,
+                                             std::span<const contract::MaterialRecord> materials,
+                                             const RtlOptions& options);
+
+/// Records as words of 64 bits.
+std::vector<std::uint64_t> material_words(std::span<const contract::MaterialRecord> materials);
+
+}  // namespace retrace
