@@ -147,7 +147,7 @@ std::uint64_t placed_triangles(const GridScene& scene) {
   return sum;
 }
 
-GridScene snap(const WorldTriangles& world, double reach, double most) {
+GridScene snap(const WorldTriangles& world, double side, double most) {
   const std::size_t count = world.vertices.size();
   const Bounds bounds = tbb::parallel_reduce(
       tbb::blocked_range<std::size_t>(0, count, 4096), Bounds{},
@@ -172,7 +172,7 @@ GridScene snap(const WorldTriangles& world, double reach, double most) {
     const double half = std::max({extent.x, extent.y, extent.z});
     // One code is left beside the pad, so rounding cannot take the padded box out of reach. Where the reciprocal
     // overflows, the scene is smaller than 2^-1000 of its units: it shrinks to a point, as it does when half is 0.
-    const double scale = std::min((reach * kOne - contract::kBoxPad - 1) / kOne / half, most);
+    const double scale = std::min((side * kOne - contract::kBoxPad - 1) / kOne / half, most);
     out.transform.scale = std::isfinite(scale) ? scale : 1.0;
   }
 

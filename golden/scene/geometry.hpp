@@ -88,8 +88,8 @@ std::optional<PlacedTriangle> find_placed(const GridScene& scene, std::uint32_t 
 /// Triangles with an area on their grid, each instance's counted.
 std::uint64_t placed_triangles(const GridScene& scene);
 
-/// Scales uniformly so that the padded box lies inside [-reach, reach]^3, but by no more than `most`, and rounds every vertex to the grid, ties up.
-/// With no triangle left the box is a small one about the centre.
-GridScene snap(const WorldTriangles& world, double reach = 1.0, double most = std::numeric_limits<double>::infinity());
+/// Scales uniformly so that the padded box lies inside [-side, side]^3 (`side` at most 1), but by no more than `most`, and rounds every vertex to
+/// the grid, ties up. With no triangle left the box is a small one about the centre.
+GridScene snap(const WorldTriangles& world, double side = 1.0, double most = std::numeric_limits<double>::infinity());
 
 }  // namespace retrace

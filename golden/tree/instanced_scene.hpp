@@ -31,7 +31,8 @@ class InstancedScene {
   /// An object: a mesh, or what one node shows of it.
   struct Key {
     std::uint32_t mesh, node = kNone;
-    auto operator<=>(const Key&) const = default;
+    friend bool operator==(const Key&, const Key&) = default;
+    friend bool operator<(const Key& a, const Key& b) { return a.mesh != b.mesh ? a.mesh < b.mesh : a.node < b.node; }
   };
   struct Held {
     GridScene grid;

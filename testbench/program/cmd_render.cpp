@@ -114,8 +114,6 @@ void run_render(RenderArguments& a, const Common& common) {
     if (of_work && !find_engine(a.engine).counts_work)
       throw UsageError("engine " + a.engine + " does not count the work of each ray: there is no AOV " + name);
   }
-  if (a.on_chip && common.two_levels == TwoLevels::kOn)
-    throw UsageError("--on-chip traces one level only: --two-level off");
   if (a.on_chip && a.animation) throw UsageError("--on-chip makes a single picture: no --animation");
   if (a.on_chip) return run_on_chip(a, common);
   if (a.animation) return run_animation(a, common);

@@ -12,6 +12,7 @@ void run_on_chip(const RenderArguments& a, const Common& common) {
   const EngineKind& kind = find_engine(a.engine);
   if (!kind.make_pixels)
     throw UsageError("engine " + kind.name + " makes no pictures by itself: --on-chip takes engine csim or rtl");
+  if (common.two_levels != TwoLevels::kOff) throw UsageError("--on-chip takes one level: no --two-level");
   if (!a.aovs.empty()) throw UsageError("--on-chip writes the picture alone: no --aov");
   ChipOptions options;
   options.width = a.options.width;

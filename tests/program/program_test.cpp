@@ -371,6 +371,47 @@ TEST_F(Program, PackThenInfo) {
   EXPECT_NE(run({"info", "knot.rtkd"}).out.find("leaves by depth"), std::string::npos);
 }
 
+TEST_F(Program, InstancesThroughTheCoreOfTwoLevels) {
+  const std::string scene = "carousel:count=12,detail=2";
+  const Outcome equal =
+      run({"compare", scene, "--two-level", "on", "--engines", "golden,csim,rtl:saarcor", "--size", "32x24", "-q"});
+  if (equal.err.find("built without engine rtl") != std::string::npos) GTEST_SKIP() << equal.err;
+  EXPECT_EQ(equal.exit_code, 0) << equal.out << equal.err;
+  EXPECT_NE(equal.out.find("csim against rtl:saarcor"), std::string::npos) << equal.out;
+  const Outcome refused =
+      run({"compare", scene, "--two-level", "on", "--engines", "csim,rtl:small", "--size", "32x24", "-q"});
+  EXPECT_EQ(refused.exit_code, 1) << refused.out;
+  EXPECT_NE(refused.err.find("the configuration 'small' one level"), std::string::npos) << refused.err;
+}
+
+TEST_F(Program, InstancesStayInstances) {
+  const std::string scene = "carousel:count=12,detail=2";
+  const Outcome pack = run({"pack", scene, "--two-level", "auto", "-o", "a.rtkd", "-q"});
+  EXPECT_EQ(pack.exit_code, 0) << pack.err;
+  EXPECT_NE(pack.out.find("two levels: 13 instances of 4 objects"), std::string::npos) << pack.out;
+  const auto info = nlohmann::json::parse(run({"info", "a.rtkd", "--json"}).out);
+  EXPECT_EQ(info["version"], 3);
+  EXPECT_EQ(info["instances"], 13);
+  EXPECT_EQ(info["objects"], 4);
+  EXPECT_GT(info["instanced_triangles"], info["triangles"]);
+  for (const char* engine : {"golden", "csim"}) {
+    const Outcome render =
+        run({"render", scene, "--two-level", "on", "--engine", engine, "-o", std::string(engine) + ".png", "--size",
+             "48x36", "--spp", "1", "--aov", "id", "--stats", "stats.json", "-q"});
+    EXPECT_EQ(render.exit_code, 0) << render.err;
+    EXPECT_EQ(json("stats.json")["scene"]["instances"], 13);
+  }
+  // The picture of ids shows the same triangles.
+  EXPECT_EQ(text_of(work("golden.id.png")), text_of(work("csim.id.png")));
+  const Outcome compare = run({"compare", scene, "--two-level", "on", "--size", "64x48", "-q"});
+  EXPECT_EQ(compare.exit_code, 0) << compare.out << compare.err;
+  EXPECT_NE(compare.out.find("0 violations"), std::string::npos);
+  // One level unless asked for, and by auto where nothing is shown twice.
+  EXPECT_EQ(nlohmann::json::parse(run({"info", scene, "--json", "-q"}).out)["version"], 2);
+  EXPECT_EQ(nlohmann::json::parse(run({"info", "one", "--two-level", "auto", "--json", "-q"}).out)["version"], 2);
+  EXPECT_EQ(run({"render", scene, "--two-level", "maybe", "-o", "x.png"}).exit_code, 2);
+}
+
 TEST_F(Program, MakeSceneWritesWhatRenderReads) {
   ASSERT_EQ(run({"make-scene", "knot", "-o", "knot.glb", "--set", "along=40", "--set", "around=8"}).exit_code, 0);
   const Outcome made = run({"info", "knot.glb", "--json"});
