@@ -12,7 +12,8 @@ run bus "env RETRACE_BUS_TRANSACTIONS=1000000 build/release/tests/rtl_core/rtl_b
 run stages "build/release/testbench/stages/rtl_stages --vectors 100000000"
 run netlists "scripts/netlist_sim.sh all"
 run watertight "build/release/testbench/csim/tb_watertight knot ${RETRACE_SEED:-1} 10000000"
-run golden_edges "for mesh in box sphere random sliver; do build/release/testbench/csim/tb_watertight closed:\$mesh ${RETRACE_SEED:-1} 2500000 golden || exit 1; done"
+run golden_edges "for mesh in box sphere random sliver; do rays=3200000; [ \$mesh != sliver ] || rays=400000
+  build/release/testbench/csim/tb_watertight closed:\$mesh ${RETRACE_SEED:-1} \$rays golden || exit 1; done"
 run hls_export "python3 tests/hls/export_test.py compile --thorough && python3 tests/hls/export_test.py csim --thorough"
 run mutants "scripts/mutants.sh"
 
