@@ -15,7 +15,7 @@ namespace retrace::cosim {
 
 struct CoreIdentity {
   int lanes = 0, contexts = 0, data_bytes = 0, mail_entries = 0;
-  int levels = 1;  ///< 2: it reads images with instances as well
+  int levels = 1;       ///< 2: it reads images with instances as well
   bool pixels = false;  ///< makes rays and pixels
 };
 
