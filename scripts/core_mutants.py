@@ -14,6 +14,8 @@ MUTANTS = [
     ("a read error is not told", "pipe/rt_ready.sv", "'{error: @wake_error_i[i]@,", "1'b0"),
     ("a push counts as a read error", "pipe/rt_ready.sv", "'{error: @push_error_i[i]@,", "1'b1"),
     ("a context is lost where the last stage is full", "pipe/rt_ready.sv", ".out_ready_i(@go_i@),", "1'b1"),
+    ("contexts enter a lane that cannot pass them on", "walk/rt_lane.sv", ".go_i           (@out_ready@),", "1'b1"),
+    ("contexts enter a leaf unit that cannot pass them on", "leaf/rt_leaf_unit.sv", ".go_i           (@enter_ready@),", "1'b1"),
     # The lane.
     ("a node's side is taken on the way up", "walk/rt_lane.sv", "s5_right   = @s5_state_q.up ? s5_state_q.parent[0] : s5_state_q.node[0]@;", "s5_state_q.node[0]"),
     ("a step up is lost to a launch", "walk/rt_lane.sv", "backtrack_take = @!launch_valid_i@;", "1'b1"),

@@ -31,11 +31,15 @@ class Tasks:
     def __init__(self, roots):
         self.roots = [os.path.realpath(root) for root in roots]
         self.findings, self.tasks, self.regions, self.macros = set(), {}, [], []
+        self.known = {}  # name of a file -> is it one of the sources?
 
     def inside(self, cursor):
         file = cursor.location.file
-        path = os.path.realpath(file.name) if file else ""
-        return any(path == root or path.startswith(root + os.sep) for root in self.roots)
+        name = file.name if file else ""
+        if name not in self.known:
+            path = os.path.realpath(name) if name else ""
+            self.known[name] = any(path == root or path.startswith(root + os.sep) for root in self.roots)
+        return self.known[name]
 
     def report(self, cursor, rule, what):
         place = cursor.location
@@ -143,14 +147,27 @@ def main():
         units += [os.path.join(source, name) for name in sorted(os.listdir(source)) if name.endswith(".cpp")] if os.path.isdir(source) else [source]
     checker, index = Tasks(arguments.sources), cindex.Index.create()
     flags = ["-x", "c++", "-std=c++17"] + ["-I" + folder for folder in [arguments.ap_types] + arguments.include]
+    # One translation unit reads ap_types once. Where the sources do not compile together, each is one.
+    together = os.path.join(os.path.dirname(os.path.abspath(units[0])), "hls_tasks_all.cpp") if units else ""
+    attempts = [[(together, [(together, "".join('#include "%s"\n' % os.path.abspath(unit) for unit in units))])]] if len(units) > 1 else []
+    attempts.append([(path, None) for path in units])
     keep = []  # cursors live as long as their translation unit
-    for path in units:
-        unit = index.parse(path, args=flags, options=cindex.TranslationUnit.PARSE_DETAILED_PROCESSING_RECORD)
-        errors = [str(d) for d in unit.diagnostics if d.severity >= cindex.Diagnostic.Error]
-        if errors:
-            print("hls_tasks: %s does not compile:\n  %s" % (path, "\n  ".join(errors[:10])), file=sys.stderr)
-            sys.exit(2)
-        keep.append(unit)
+    for attempt in attempts:
+        bad = ""
+        for path, unsaved in attempt:
+            unit = index.parse(path, args=flags, unsaved_files=unsaved, options=cindex.TranslationUnit.PARSE_DETAILED_PROCESSING_RECORD)
+            errors = [str(d) for d in unit.diagnostics if d.severity >= cindex.Diagnostic.Error]
+            if errors:
+                bad = "hls_tasks: %s does not compile:\n  %s" % (path, "\n  ".join(errors[:10]))
+                break
+            keep.append(unit)
+        if not bad:
+            break
+        keep.clear()
+    if bad:
+        print(bad, file=sys.stderr)
+        sys.exit(2)
+    for unit in keep:
         checker.read(unit)
     checker.check_regions()
     if not checker.tasks or not checker.regions:

@@ -258,7 +258,7 @@ def check_core(arguments, pool):
     made = time.monotonic() - start
     equal = True
     for scene in arguments.scene or ["knot:along=60,around=12", "needles:count=200"]:
-        command = [binary, scene, CORE_CONFIG, arguments.size, "latency=1-60", "reorder=1", "stall=20", "limit=1000", "seed=%d" % arguments.seed]
+        command = [binary, scene, CORE_CONFIG, arguments.size, "--latency=1-60", "--reorder=1", "--stall=20", "--limit=1000", "--seed=%d" % arguments.seed]
         step = subprocess.run(command, capture_output=True, text=True, check=False, timeout=7200)
         same = step.returncode == 0
         equal &= same

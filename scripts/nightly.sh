@@ -12,6 +12,9 @@ run bus "env RETRACE_BUS_TRANSACTIONS=1000000 build/release/tests/rtl_core/rtl_b
 run stages "build/release/testbench/stages/rtl_stages --vectors 100000000"
 run netlists "scripts/netlist_sim.sh all"
 run watertight "build/release/testbench/csim/tb_watertight knot ${RETRACE_SEED:-1} 10000000"
+run instances "env RETRACE_RAYS=1000000 build/release/tests/csim/instances_test"
+run golden_edges "for mesh in box sphere random sliver; do build/release/testbench/csim/tb_watertight closed:\$mesh ${RETRACE_SEED:-1} 2500000 golden || exit 1; done"
+run hls_export "python3 tests/hls/export_test.py compile --thorough && python3 tests/hls/export_test.py csim --thorough"
 run mutants "scripts/mutants.sh"
 
 if [ "${1:-}" = --list ]; then

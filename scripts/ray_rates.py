@@ -87,7 +87,7 @@ def main():
             if scene.startswith("/") and not os.path.exists(scene):
                 sys.exit("ray_rates: %s is not there (Debian package assimp-testmodels)" % scene)
             for memory, options in MEMORIES if config == "ecp5" else MEMORIES[:1]:
-                said = run([program, scene, config, "320x240", *options.split(",")], "rtl_bench %s %s" % (name, config))
+                said = run([program, scene, config, "320x240", *("--" + option for option in options.split(","))], "rtl_bench %s %s" % (name, config))
                 clocks = float(re.search(r"([0-9.]+) clocks/ray", said).group(1))
                 rate = "%.2f" % (reports[config]["fmax_mhz"] / clocks) if config in reports and reports[config]["routed"] else ""
                 lines.append("| `%s` | %s | %s | %.2f | %s |" % (config, name, memory, clocks, rate))

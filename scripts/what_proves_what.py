@@ -21,7 +21,8 @@ HEAD = """# What proves what
 <!-- Written by scripts/what_proves_what.py from tests/descriptions.toml. Do not edit. -->
 
 Every test of the project under the claim that it proves. All of them: `scripts/test.sh`; one: `ctest --preset release -R NAME`. A test prints its seed when
-it fails, and `RETRACE_SEED` chooses another. A name that ends in `*` stands for several tests.
+it fails, and `RETRACE_SEED` chooses another. A name that ends in `*` stands for several tests, and
+that of a program for all tests in it: `ctest --preset release -N -R NAME` lists them.
 """
 TAIL = """
 ## Tests of the tests
@@ -67,7 +68,7 @@ def tests_of(build):
             if file.parent.parent.name == "tests":
                 folder = file.parent.name
             node = graph["nodes"][node["parent"]] if "parent" in node else {}
-        names = [test["name"]]
+        names = [test["name"].removesuffix("_NOT_BUILT")]
         if "command" in test:
             names.append(pathlib.Path(test["command"][0]).name)
         tests.append((names, folder))

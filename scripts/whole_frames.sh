@@ -51,7 +51,7 @@ for scene in "${scenes[@]}"; do
         shadow=0
         [ $rays = shadow ] && shadow=1
         status=0
-        text=$("$bench" "$scene" $configuration $size latency=1-200 reorder=1 stall=20 up=$up shadow=$shadow seed="$seed") || status=$?
+        text=$("$bench" "$scene" $configuration $size --latency 1-200 --reorder 1 --stall 20 --up $up --shadow $shadow --seed "$seed") || status=$?
         if [ $status -gt 1 ]; then
           echo "whole_frames: $name $rays $configuration $up: rtl_bench ended with $status" >&2
           failed=1

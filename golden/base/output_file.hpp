@@ -11,6 +11,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -87,6 +88,9 @@ class OutputFiles {
  public:
   /// A file that is read; what does not exist is no file. Throws UsageError if it is an output.
   void reads(const std::filesystem::path& input);
+  void reads(std::span<const std::filesystem::path> inputs) {
+    for (const std::filesystem::path& input : inputs) reads(input);
+  }
   /// Throws UsageError if the file is already an output or is read.
   void check(const std::filesystem::path& path) const;
   /// The same, and makes it an output. Throws Error if it cannot be written.

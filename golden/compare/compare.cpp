@@ -6,6 +6,8 @@
 #include <limits>
 
 #include "golden/engine/exact.hpp"
+#include "golden/engine/instance_ray.hpp"
+#include "golden/engine/stages/instance_enter.hpp"
 
 namespace retrace {
 namespace {
@@ -32,22 +34,32 @@ Judged judge(const ExactIntersection& exact) {
   return j;
 }
 
-Judged judge_report(const contract::RayRecord& ray, const Hit& hit, const GridTriangle* triangle, double t_max) {
-  if (triangle == nullptr) {
-    Judged j;
-    j.wrong = "the reported triangle does not exist";
-    return j;
-  }
-  Judged j = judge(intersect_exactly(ray, *triangle));
-  if (j.exact.parallel) {
-    j.wrong = "the reported triangle is parallel to the ray";
-  } else if (!j.exact.inside && !j.exact.in_band) {
-    j.wrong = "the ray passes outside the reported triangle";
-  } else if (!(std::fabs(hit.t - j.exact.t) <= j.bound)) {
-    j.wrong = "t is beyond the depth bound";
-  } else if (!(hit.t >= -j.bound && hit.t <= t_max + j.bound)) {
-    j.wrong = "t is outside the ray";
-  }
+/// A ray of an instance's object.
+struct ObjectRay {
+  contract::InstanceEnterOutRecord entry;
+  contract::RayRecord ray;
+  double widening = 1.0;
+  bool enters() const { return entry.enters != 0; }
+};
+
+ObjectRay enter(const contract::InstanceRecord& instance, const contract::RayRecord& ray) {
+  ObjectRay result;
+  result.entry = golden::instance_enter(instance_enter_in(instance, ray, ray.t_max + 1));
+  result.ray = object_ray(result.entry);
+  const Real d = to_real(exact::to_vec(result.ray.direction));
+  result.widening = 1.0 / (std::sqrt(dot(d, d)) * kDirectionUlp);
+  return result;
+}
+
+/// A triangle of an instance's object; t and its bound in the world.
+Judged judge_in(const ObjectRay& object, const GridTriangle& triangle) {
+  Judged j;
+  j.exact = intersect_exactly(object.ray, triangle, object.widening);
+  j.grazing = j.exact.dz * object.widening < kGrazing;
+  j.bound = INFINITY;
+  if (j.exact.parallel) return j;
+  j.bound = std::ldexp(object_depth_bound(j.exact.dz), -static_cast<int>(object.entry.scale)) + kDepthFloor;
+  j.exact.t = world_t(j.exact.t, object.entry);
   return j;
 }
 
@@ -78,7 +90,7 @@ const char* to_string(Agreement agreement) {
   }
 }
 
-ExactIntersection intersect_exactly(const contract::RayRecord& ray, const GridTriangle& triangle) {
+ExactIntersection intersect_exactly(const contract::RayRecord& ray, const GridTriangle& triangle, double widening) {
   const std::array<Vec, 3> vertices{exact::to_vec(triangle.vertices[0]), exact::to_vec(triangle.vertices[1]),
                                     exact::to_vec(triangle.vertices[2])};
   const exact::Crossing crossing = exact::intersect(ray, vertices);
@@ -102,7 +114,7 @@ ExactIntersection intersect_exactly(const contract::RayRecord& ray, const GridTr
   result.outside = -std::numeric_limits<double>::infinity();
   bool within = true, close = false;
   for (std::size_t k = 0; k < 3; ++k) {
-    const double unit = kPositionUlp / std::sqrt(length2[k] * d2);
+    const double unit = kPositionUlp / (std::sqrt(length2[k] * d2) * widening);
     const double inside = static_cast<double>(crossing.edge[k]) * unit;
     const bool is_longest = length2[k] == longest;
     const double band = is_longest ? kLongestEdgeBand : kEdgeBand;
@@ -118,12 +130,45 @@ ExactIntersection intersect_exactly(const contract::RayRecord& ray, const GridTr
 
 Comparator::Comparator(const GridScene& scene) : scene_(scene) {}
 
-bool Comparator::solid_in_front(const contract::RayRecord& ray, double t, double bound) const {
+Judged Comparator::judge_report(const contract::RayRecord& ray, const Hit& hit, double t_max) const {
+  const auto placed = find_placed(scene_, hit.id);
+  Judged j;
+  if (!placed) {
+    j.wrong = "the reported triangle does not exist";
+    return j;
+  }
+  if (placed->instance) {
+    const ObjectRay object = enter(scene_.instances[*placed->instance].record, ray);
+    if (!object.enters()) {
+      j.wrong = "the ray passes by the instance of the reported triangle";
+      return j;
+    }
+    j = judge_in(object, *placed->triangle);
+  } else {
+    j = judge(intersect_exactly(ray, *placed->triangle));
+  }
+  if (j.exact.parallel) {
+    j.wrong = "the reported triangle is parallel to the ray";
+  } else if (!j.exact.inside && !j.exact.in_band) {
+    j.wrong = "the ray passes outside the reported triangle";
+  } else if (!(std::fabs(hit.t - j.exact.t) <= j.bound)) {
+    j.wrong = "t is beyond the depth bound";
+  } else if (!(hit.t >= -j.bound && hit.t <= t_max + j.bound)) {
+    j.wrong = "t is outside the ray";
+  }
+  return j;
+}
+
+namespace {
+
+/// Calls `meets` with the triangles that the line of the ray may meet, until it says true.
+template <typename Meets>
+bool any_met(const std::vector<GridTriangle>& triangles, const contract::RayRecord& ray, Meets meets) {
   const Real d{double(ray.direction[0]), double(ray.direction[1]), double(ray.direction[2])};
   const Real o{double(ray.origin[0]), double(ray.origin[1]), double(ray.origin[2])};
   // Rounding error of an edge function in double is below 2^80 * 2^-49.
   constexpr double kError = 0x1p31;
-  for (const GridTriangle& triangle : scene_.triangles) {
+  for (const GridTriangle& triangle : triangles) {
     Real p[3];
     for (int i = 0; i < 3; ++i) {
       p[i] = {triangle.vertices[i].x - o[0], triangle.vertices[i].y - o[1], triangle.vertices[i].z - o[2]};
@@ -137,10 +182,26 @@ bool Comparator::solid_in_front(const contract::RayRecord& ray, double t, double
       negative = negative || e < -kError;
     }
     if (positive && negative) continue;
-    const Judged j = judge(intersect_exactly(ray, triangle));
-    if (j.solid() && j.exact.t > j.bound && j.exact.t < t - bound - j.bound) return true;
+    if (meets(triangle)) return true;
   }
   return false;
+}
+
+}  // namespace
+
+bool Comparator::solid_in_front(const contract::RayRecord& ray, double t, double bound) const {
+  const auto in_front = [&](const Judged& j) {
+    return j.solid() && j.exact.t > j.bound && j.exact.t < t - bound - j.bound;
+  };
+  if (any_met(scene_.triangles, ray,
+              [&](const GridTriangle& triangle) { return in_front(judge(intersect_exactly(ray, triangle))); }))
+    return true;
+  return std::any_of(scene_.instances.begin(), scene_.instances.end(), [&](const GridInstance& instance) {
+    const ObjectRay object = enter(instance.record, ray);
+    return object.enters() &&
+           any_met(scene_.objects[instance.record.root].triangles, object.ray,
+                   [&](const GridTriangle& triangle) { return in_front(judge_in(object, triangle)); });
+  });
 }
 
 Verdict Comparator::compare(const GridRay& ray, const Hit& golden, const Hit& fixed) const {
@@ -152,8 +213,8 @@ Verdict Comparator::compare(const GridRay& ray, const Hit& golden, const Hit& fi
   if (ray.outside) return violation("a ray outside the root box was hit");
   const double t_max = t_limit(ray.record);
   Judged g, f;
-  if (golden.hit()) g = judge_report(ray.record, golden, find_triangle(scene_.triangles, golden.id), t_max);
-  if (fixed.hit()) f = judge_report(ray.record, fixed, find_triangle(scene_.triangles, fixed.id), t_max);
+  if (golden.hit()) g = judge_report(ray.record, golden, t_max);
+  if (fixed.hit()) f = judge_report(ray.record, fixed, t_max);
   Verdict verdict;
   if (g.wrong || f.wrong) {
     verdict = violation(g.wrong ? g.wrong : f.wrong);

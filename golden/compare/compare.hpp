@@ -9,6 +9,10 @@
 // Two fixed-point engines must agree bit for bit: `same` or `violation`.
 // Grazing hits (|d'z| < kGrazing) are counted apart within their class; they have no excuse of their own.
 //
+// In a scene of two levels, "exactly" means the ray of an instance's object: it is rounded once, by instance_enter, from ray and instance alone, and
+// is exact from there on. Its direction is as short as 1/2, so bands widen by what it lacks; depth bounds are those of docs/error-bounds.md,
+// "instance_enter", brought to the world. The rounding itself is held against reals by instance_enter_test.
+//
 // How far outside an edge a ray passes is measured from the line of the edge, in the plane of the triangle and foreshortened by the angle
 // of incidence: the measure in which the test's error is bounded (docs/error-bounds.md, "False hits").
 #pragma once
@@ -34,6 +38,12 @@ inline constexpr double kDepthFloor = 0x1p-24;
 /// Below this |d'z| a hit counts as grazing.
 inline constexpr double kGrazing = 0x1p-10;
 
+/// The same in an object of a scene of two levels, in its units, of the exact d'z: the certified bound is one of the computed d'z.
+inline double object_depth_bound(double dz) {
+  const double computed = (dz < 0 ? -dz : dz) - certified::kRowDirection;
+  return (computed > 0 ? certified::kInstanceDepth / computed : 1e300) + kDepthFloor;
+}
+
 inline double depth_bound(double dz) { return kDepthNumerator / (dz < 0 ? -dz : dz) + kDepthFloor; }
 
 enum class Agreement : std::uint8_t { kSame, kEdge, kDepth, kViolation };
@@ -57,7 +67,9 @@ struct ExactIntersection {
       0.0;  ///< how far outside the worst edge (or beyond a vertex) the line passes, foreshortened; negative: inside
   bool in_band = false;  ///< outside by no more than the bands, or inside but as close to some edge as its band
 };
-ExactIntersection intersect_exactly(const contract::RayRecord& ray, const GridTriangle& triangle);
+/// `widening`: of the bands, for a direction shorter than 1; `outside` is given in units of it.
+ExactIntersection intersect_exactly(const contract::RayRecord& ray, const GridTriangle& triangle,
+                                    double widening = 1.0);
 
 /// Classifies pairs of hits over one scene. Thread-safe.
 class Comparator {
@@ -87,6 +99,7 @@ class Comparator {
   Verdict any(const contract::RayRecord& ray, const Judged& only, bool golden) const;
   /// Whether a triangle lies in front of `t` by more than the bounds, well inside its edges, so that no engine may overlook it.
   bool solid_in_front(const contract::RayRecord& ray, double t, double bound) const;
+  Judged judge_report(const contract::RayRecord& ray, const Hit& hit, double t_max) const;
 
   const GridScene& scene_;
 };

@@ -1,6 +1,8 @@
 // The golden model: double precision over the snapped scene and the quantised rays, with the tree of the memory image.
 // Three walks over one tree: a stack (the yardstick), kd-backtrack with parent links, kd-backtrack with face links.
-// Source: Foley & Sugerman 2005; Lee 2007; for the stack Kaplan 1985 and Havran 2000, appendix C.
+// Two levels: at a leaf of instances a ray enters each of them through instance_enter, whose rounded ray is exact from there on, and walks the
+// object's tree with it. Hits are ordered by (t in the world, instance, t in the object, id).
+// Source: Foley & Sugerman 2005; Lee 2007; for the stack Kaplan 1985 and Havran 2000, appendix C; for two levels Wald et al. 2003.
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
@@ -8,11 +10,15 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cmath>
+#include <tuple>
 
 #include "engine.hpp"
 #include "golden/tree/kd_builder.hpp"
+#include "instance_ray.hpp"
 #include "registry.hpp"
 #include "stages/hit_finish.hpp"
+#include "stages/instance_enter.hpp"
 #include "stages/kd_backtrack.hpp"
 #include "stages/kd_descend.hpp"
 #include "stages/leaf_exit.hpp"
@@ -61,7 +67,7 @@ class Mailbox {
     used_ = std::min(used_ + 1, entries_);
     return false;
   }
-  static constexpr int kMaxEntries = 64;
+  static constexpr int kMaxEntries = kMaxMailbox;
 
  private:
   int entries_, used_ = 0, next_ = 0;
@@ -133,6 +139,7 @@ class GoldenEngine final : public Engine {
  public:
   GoldenEngine(const GridScene& scene, const MemoryImage& image) {
     const auto& header = image.header();
+    if (scene.two_levels != image.two_levels()) throw Error("golden engine: scene and image differ in their levels");
     nodes_.resize(2 * header.pair_count);
     for (std::uint32_t i = 0; i < header.pair_count; ++i) {
       const auto pair = image.pair(i);
@@ -151,18 +158,26 @@ class GoldenEngine final : public Engine {
       ranges_.push_back({static_cast<std::uint32_t>(references_.size()), leaf.count});
       for (std::uint32_t r = 0; r < leaf.count; ++r) references_.push_back(image.reference(leaf, r));
     }
-    triangles_.reserve(header.triangle_count);
-    for (std::uint32_t i = 0; i < header.triangle_count; ++i) {
-      const std::uint32_t id = image.triangle(i).id;
-      const GridTriangle* found = find_triangle(scene.triangles, id);
-      if (found == nullptr)
-        throw Error("golden engine: triangle " + std::to_string(id) + " of the image is not in the scene");
-      std::array<int, 3> order;
-      make_unit_triangle(*found, &order);
-      triangles_.push_back(make_triangle(*found, order));
+    triangles_.resize(header.triangle_count);
+    top_ = {0, real_box(scene.box), header.max_depth};
+    if (!scene.two_levels) {
+      for (std::uint32_t i = 0; i < header.triangle_count; ++i) add_triangle(scene, image, i);
+      return;
     }
-    max_depth_ = header.max_depth;
-    for (int face = 0; face < 6; ++face) box_[face] = static_cast<std::int32_t>(header.box[face]) * kPositionUnit;
+    if (scene.instances.size() != header.instance_count)
+      throw Error("golden engine: the image has other instances than the scene");
+    std::vector<Tree> objects(scene.objects.size());
+    std::vector<bool> known(scene.objects.size());
+    for (std::uint32_t i = 0; i < header.instance_count; ++i) {
+      const auto record = image.instance(i);
+      const std::uint32_t object = scene.instances[i].record.root;
+      if (!known[object]) {
+        known[object] = true;
+        objects[object] = {2 * record.root, real_box(scene.objects[object].box), 0};
+        add_object(scene.objects[object], image, objects[object]);
+      }
+      instances_.push_back({record, objects[object]});
+    }
   }
 
   std::string name() const override { return "golden"; }
@@ -188,6 +203,7 @@ class GoldenEngine final : public Engine {
   Walk walk(const GridRay& ray, const TraceOptions& options) override {
     check_mailbox(options);
     if (options.way_up == WayUp::kStack) throw Error("golden engine: a walk is shown with parent or face links");
+    if (!instances_.empty()) throw Error("golden engine: it shows walks through one level, not through instances");
     Walk walk;
     const RayState state = ray_setup(ray.record);
     Candidate best{};
@@ -196,8 +212,12 @@ class GoldenEngine final : public Engine {
     Mailbox mailbox(options.mailbox);
     Watcher watcher{walk.calls};
     watcher.setup(state);
-    walk_without_stack(state, options.way_up == WayUp::kParentLinks, best, work,
-                       options.mailbox > 0 ? &mailbox : nullptr, watcher);
+    walk_without_stack(
+        top_, state, options.way_up == WayUp::kParentLinks, work, watcher,
+        [&](std::uint32_t leaf) {
+          return test_leaf(leaf, state, best, work, options.mailbox > 0 ? &mailbox : nullptr, watcher);
+        },
+        best.t);
     if (best.triangle != nullptr) walk.hit = hit_finish(best);
     watcher.finish(walk.hit);
     return walk;
@@ -216,22 +236,146 @@ class GoldenEngine final : public Engine {
 
   Hit trace_one(const contract::RayRecord& record, const TraceOptions& options, RayWork& work) const {
     const RayState ray = ray_setup(record);
+    if (!instances_.empty()) return trace_instances(record, ray, options, work);
     Candidate best{};
     best.t = ray.t_max;
-    if (options.mailbox > 0) {
-      Mailbox mailbox(options.mailbox);
-      walk(ray, options.way_up, best, work, &mailbox);
-    } else {
-      walk(ray, options.way_up, best, work, static_cast<Mailbox*>(nullptr));
-    }
+    search(top_, ray, options, best, work);
     return best.triangle == nullptr ? Hit{} : hit_finish(best);
   }
 
-  void walk(const RayState& ray, WayUp way_up, Candidate& best, RayWork& work, Mailbox* mailbox) const {
-    if (way_up == WayUp::kStack) {
-      walk_with_stack(ray, best, work, mailbox);
+  /// A tree of the image: its root, the cell of the root, and its depth.
+  struct Tree {
+    std::uint32_t root = 0;
+    std::array<double, 6> box{};
+    std::size_t depth = 0;
+  };
+  struct Instance {
+    contract::InstanceRecord record;
+    Tree tree;
+  };
+
+  static std::array<double, 6> real_box(const std::array<std::int32_t, 6>& codes) {
+    std::array<double, 6> box{};
+    for (std::size_t face = 0; face < 6; ++face) box[face] = codes[face] * kPositionUnit;
+    return box;
+  }
+
+  void add_triangle(const GridScene& scene, const MemoryImage& image, std::uint32_t index) {
+    const std::uint32_t id = image.triangle(index).id;
+    const GridTriangle* found = find_triangle(scene.triangles, id);
+    if (found == nullptr)
+      throw Error("golden engine: triangle " + std::to_string(id) + " of the image is not in the scene");
+    std::array<int, 3> order;
+    make_unit_triangle(*found, &order);
+    triangles_[index] = make_triangle(*found, order);
+  }
+
+  /// The triangles that the tree of an object refers to, and its depth.
+  void add_object(const GridScene& object, const MemoryImage& image, Tree& tree) {
+    struct Entry {
+      std::uint32_t node;
+      std::size_t depth;
+    };
+    std::vector<Entry> stack{{tree.root, 0}};
+    while (!stack.empty()) {
+      const auto [node, depth] = stack.back();
+      stack.pop_back();
+      tree.depth = std::max(tree.depth, depth);
+      const FastNode& at = nodes_[node];
+      if (!at.is_leaf()) {
+        stack.push_back({at.child(), depth + 1});
+        stack.push_back({at.child() + 1, depth + 1});
+        continue;
+      }
+      const auto [first, count] = ranges_[at.child()];
+      for (std::uint32_t i = first; i < first + count; ++i)
+        if (triangles_[references_[i]].slack_depth == 0.0) add_triangle(object, image, references_[i]);
+    }
+  }
+
+  /// The nearest hit of one tree that comes before `best`.
+  void search(const Tree& tree, const RayState& ray, const TraceOptions& options, Candidate& best,
+              RayWork& work) const {
+    if (options.mailbox > 0) {
+      Mailbox mailbox(options.mailbox);
+      walk(
+          tree, ray, options.way_up, work,
+          [&](std::uint32_t leaf) { return test_leaf(leaf, ray, best, work, &mailbox, Unwatched{}); }, best.t);
     } else {
-      walk_without_stack(ray, way_up == WayUp::kParentLinks, best, work, mailbox, Unwatched{});
+      walk(
+          tree, ray, options.way_up, work,
+          [&](std::uint32_t leaf) {
+            return test_leaf(leaf, ray, best, work, static_cast<Mailbox*>(nullptr), Unwatched{});
+          },
+          best.t);
+    }
+  }
+
+  /// Two levels.
+  Hit trace_instances(const contract::RayRecord& record, const RayState& ray, const TraceOptions& options,
+                      RayWork& work) const {
+    constexpr int kInstanceMailbox = 4;
+    Hit best;
+    best.t = ray.t_max;
+    double object_t = 0.0;
+    std::uint32_t holder = contract::kNoTriangle, object_id = 0;
+    Mailbox mailbox(kInstanceMailbox);
+    const auto enter = [&](std::uint32_t number) {
+      const Instance& instance = instances_[number];
+      // The whole ray: what is nearer than the best hit so far is decided in doubles.
+      const auto entry = instance_enter(instance_enter_in(instance.record, record, record.t_max + 1));
+      if (!entry.enters) return;
+      RayState inside = ray_setup(object_ray(entry));
+      inside.any = ray.any;
+      const double start = entry.start * (1.0 / (1 << contract::kEntryStartFrac));
+      Candidate candidate{};
+      // A hit as near as the best one may still win.
+      candidate.t = std::min(inside.t_max, std::ldexp(best.t, static_cast<int>(entry.scale)) - start);
+      if (candidate.t < 0.0) return;
+      search(instance.tree, inside, options, candidate, work);
+      if (candidate.triangle == nullptr) return;
+      const double t = world_t(candidate.t, entry);
+      const auto key = [](double world, std::uint32_t i, double object, std::uint32_t id) {
+        return std::tuple(world, i, object, id);
+      };
+      if (best.hit() && key(t, number, candidate.t, candidate.triangle->id) > key(best.t, holder, object_t, object_id))
+        return;
+      holder = number;
+      object_t = candidate.t;
+      object_id = candidate.triangle->id;
+      best = hit_finish(candidate);
+      best.id += instance.record.first_id;
+      best.t = t;
+    };
+    walk(
+        top_, ray, options.way_up, work,
+        [&](std::uint32_t leaf) {
+          ++work.leaf;
+          const auto [first, count] = ranges_[leaf];
+          for (std::uint32_t i = first; i < first + count; ++i) {
+            const std::uint32_t number = references_[i];
+            // The object of the best hit has been searched to its end.
+            if (number == holder || (options.mailbox > 0 && mailbox.find_or_add(number))) {
+              ++work.skipped;
+              continue;
+            }
+            enter(number);
+            if (ray.any && best.hit()) return true;
+          }
+          return false;
+        },
+        best.t);
+    return best.hit() ? best : Hit{};
+  }
+
+  /// `test(leaf)`: whether the ray is finished; `nearest`: how far the tree has to be searched.
+  template <typename Test>
+  void walk(const Tree& tree, const RayState& ray, WayUp way_up, RayWork& work, Test test,
+            const double& nearest) const {
+    if (way_up == WayUp::kStack) {
+      walk_with_stack(tree, ray, work, test, nearest);
+    } else {
+      walk_without_stack(tree, ray, way_up == WayUp::kParentLinks, work, Unwatched{}, test, nearest);
     }
   }
 
@@ -260,7 +404,8 @@ class GoldenEngine final : public Engine {
   }
 
   /// The customary walk: far children that the segment reaches go on a stack with the segment's end.
-  void walk_with_stack(const RayState& ray, Candidate& best, RayWork& work, Mailbox* mailbox) const {
+  template <typename Test>
+  void walk_with_stack(const Tree& tree, const RayState& ray, RayWork& work, Test test, const double& nearest) const {
     struct Entry {
       std::uint32_t node;
       double t, t_end;
@@ -269,13 +414,13 @@ class GoldenEngine final : public Engine {
     std::array<Entry, kInlineDepth> small;
     std::vector<Entry> large;
     Entry* stack = small.data();
-    if (max_depth_ > kInlineDepth) {
-      large.resize(max_depth_);
+    if (tree.depth > kInlineDepth) {
+      large.resize(tree.depth);
       stack = large.data();
     }
     std::size_t height = 0;
-    std::uint32_t node = 0;
-    double t = 0.0, t_end = leaf_exit(ray, box_).t_exit;
+    std::uint32_t node = tree.root;
+    double t = 0.0, t_end = leaf_exit(ray, tree.box).t_exit;
     while (true) {
       const FastNode& at = nodes_[node];
       if (!at.is_leaf()) {
@@ -289,7 +434,7 @@ class GoldenEngine final : public Engine {
         }
         continue;
       }
-      if (test_leaf(at.child(), ray, best, work, mailbox, Unwatched{}) || best.t <= t_end || height == 0) return;
+      if (test(at.child()) || nearest <= t_end || height == 0) return;
       const Entry& entry = stack[--height];
       node = entry.node;
       t = entry.t;
@@ -298,10 +443,10 @@ class GoldenEngine final : public Engine {
   }
 
   /// kd-backtrack: no stack, no boxes; the exit face of the leaf names the ancestor to turn at.
-  template <typename Watch>
-  void walk_without_stack(const RayState& ray, bool parent_links, Candidate& best, RayWork& work, Mailbox* mailbox,
-                          Watch watch) const {
-    std::uint32_t node = 0;
+  template <typename Watch, typename Test>
+  void walk_without_stack(const Tree& tree, const RayState& ray, bool parent_links, RayWork& work, Watch watch,
+                          Test test, const double& nearest) const {
+    std::uint32_t node = tree.root;
     double t = 0.0;
     while (true) {
       while (!nodes_[node].is_leaf()) {
@@ -313,12 +458,16 @@ class GoldenEngine final : public Engine {
       }
       const std::uint32_t leaf = nodes_[node].child();
       const LeafExit exit = leaf_exit(ray, leaves_[leaf].bound);
-      assert(exit.t_exit >= t);
+      // An object's ray may pass its root box by, within the tolerance of the entry.
+      if (exit.t_exit < t) {
+        assert(tree.root != 0);
+        return;
+      }
       if constexpr (Watch::kWatches) watch.exit(leaves_[leaf], t, exit);
-      if (test_leaf(leaf, ray, best, work, mailbox, watch) || best.t <= exit.t_exit) return;
+      if (test(leaf) || nearest <= exit.t_exit) return;
       t = exit.t_exit;
       if (parent_links) {
-        if (!climb(leaves_[leaf].plane[exit.face], exit.face, node, work, watch)) return;
+        if (!climb(tree.root, leaves_[leaf].plane[exit.face], exit.face, node, work, watch)) return;
       } else {
         node = leaves_[leaf].link[exit.face];
         if (node == 0) return;
@@ -328,8 +477,8 @@ class GoldenEngine final : public Engine {
 
   /// Follows parent links from `node` to the far child of the ancestor whose plane is the exit face; false past the root.
   template <typename Watch>
-  bool climb(std::int32_t plane, int face, std::uint32_t& node, RayWork& work, Watch watch) const {
-    while (node != 0) {
+  bool climb(std::uint32_t root, std::int32_t plane, int face, std::uint32_t& node, RayWork& work, Watch watch) const {
+    while (node != root) {
       const std::uint32_t parent = nodes_[node].parent;
       const FastNode& at = nodes_[parent];
       ++work.up;
@@ -351,8 +500,8 @@ class GoldenEngine final : public Engine {
   std::vector<LeafGeometry> leaves_;
   std::vector<std::uint32_t> references_;
   std::vector<Triangle> triangles_;
-  std::array<double, 6> box_{};
-  std::size_t max_depth_ = 0;
+  std::vector<Instance> instances_;
+  Tree top_;
 };
 
 }  // namespace
@@ -369,6 +518,7 @@ EngineKind golden_engine_kind() {
   kind.stack = true;
   kind.any_mailbox = true;
   kind.two_level = true;
+  kind.instances = true;
   kind.shows_walks = true;
   kind.make = [](const GridScene& scene, const MemoryImage& image, const std::string&) {
     return make_golden_engine(scene, image);

@@ -55,9 +55,15 @@ const EngineKind& find_engine(const std::string& specification) {
   throw UsageError("there is no engine '" + name + "'; there are: " + known);
 }
 
+void check_instances(const std::string& specification) {
+  const EngineKind& kind = find_engine(specification);
+  if (!kind.instances) throw UsageError("engine " + kind.name + " traces one level only: --two-level off");
+}
+
 std::unique_ptr<Engine> make_engine(const std::string& specification, const GridScene& scene,
                                     const MemoryImage& image) {
   const EngineKind& kind = find_engine(specification);
+  if (image.two_levels()) check_instances(specification);
   return kind.make(scene, image, argument_of(specification));
 }
 

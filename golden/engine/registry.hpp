@@ -39,6 +39,7 @@ struct EngineKind {
   bool stack = false;           ///< knows WayUp::kStack
   bool any_mailbox = false;     ///< takes a mailbox of any size; otherwise none or the kernel's
   bool two_level = false;       ///< its arithmetic is that of golden/accel, which has the two-level structure
+  bool instances = false;       ///< traces images of two levels
   bool counts_work = true;      ///< knows the work of each ray
   bool shows_walks = false;     ///< has Engine::walk
   std::function<void(CLI::App&)> add_options;  ///< may be empty
@@ -75,6 +76,9 @@ std::vector<std::size_t> places_held_against(std::span<const std::string> engine
 /// Throws UsageError if the engine makes no pictures by itself.
 std::unique_ptr<PixelEngine> make_pixel_engine(const std::string& specification, const MemoryImage& image,
                                                std::span<const contract::MaterialRecord> materials);
+/// Throws UsageError if the engine does not trace images of two levels.
+void check_instances(const std::string& specification);
+/// Throws as check_instances() does for an image of two levels.
 std::unique_ptr<Engine> make_engine(const std::string& specification, const GridScene& scene, const MemoryImage& image);
 /// Throws UsageError if the engine does not know the way up or the size of the mailbox, or an option of its own is wrong.
 void check_options(const std::string& specification, const TraceOptions& options);
@@ -85,6 +89,9 @@ std::string engine_help();
 
 WayUp parse_way_up(const std::string& name);
 const char* to_string(WayUp way_up);
+/// Entries of the largest mailbox that an engine has (golden; the kernels have kKernelMailbox or none).
+inline constexpr int kMaxMailbox = 64;
+
 inline constexpr const char* kWayUpNames[] = {"stack", "parent", "face"};
 
 }  // namespace retrace

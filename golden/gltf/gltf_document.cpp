@@ -535,9 +535,13 @@ void Document::tidy(json& o, const std::string& where) {
     o.erase(name);
   }
   if (const auto extensions = o.find("extensions"); extensions != o.end() && extensions->is_object())
-    for (const auto& [name, value] : extensions->items())
-      if (!value.is_object() && !is_supported_extension(name))
+    for (const auto& [name, value] : extensions->items()) {
+      if (is_supported_extension(name)) continue;
+      if (value.is_object())
+        note("extension" + quote_name(name) + " is not supported and left out");  // whether the file declares it or not
+      else
         note(where + ": extension" + quote_name(name) + " must be an object, is " + shown(value));
+    }
 }
 
 void Document::check_array(const char* key, const char* singular, void (*rule)(const json&, const std::string&)) {
@@ -582,6 +586,8 @@ void Document::check() {
   const std::string version = (*asset)["version"];
   if (version.rfind("2.", 0) != 0)
     fail("asset", "glTF version" + quote_name(version) + " is not supported (only 2.x is)");
+  if (const auto least = asset->find("minVersion"); least != asset->end() && *least != "2.0")
+    note("asset: 'minVersion' is " + shown(*least) + "; the file is read as glTF 2.0");
   check_extensions(json_, "glTF");
 
   for (const char* key : {"extensionsRequired", "extensionsUsed"}) {
@@ -610,14 +616,21 @@ void Document::check() {
   check_index(json_, "scene", "glTF");
 }
 
+namespace {
+
+bool ends_with(std::string_view text, std::string_view end) {
+  return text.size() >= end.size() && std::equal(end.begin(), end.end(), text.end() - end.size(), [](char e, char t) {
+           return std::tolower(static_cast<unsigned char>(t)) == e;
+         });
+}
+
+bool is_data_uri(std::string_view uri) { return ends_with(uri.substr(0, 5), "data:"); }
+
+}  // namespace
+
 /// RFC 2397.
 Bytes Document::resolve(const std::string& uri) {
-  const auto same = [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; };
-  const auto ends_with = [&](std::string_view text, std::string_view end) {
-    return text.size() >= end.size() &&
-           std::equal(end.begin(), end.end(), text.end() - end.size(), [&](char e, char t) { return same(t, e); });
-  };
-  if (!ends_with(std::string_view(uri).substr(0, 5), "data:")) return resolve_file(uri);
+  if (!is_data_uri(uri)) return resolve_file(uri);
   const std::size_t comma = uri.find(',');
   if (comma == std::string::npos) throw Error("data URI: holds no data");
   const std::string_view payload = std::string_view(uri).substr(comma + 1);
@@ -634,7 +647,7 @@ Bytes Document::resolve(const std::string& uri) {
 
 /// A relative path, percent-escaped or not, with / or \, from at most kMaxFoldersUp folders above that of the glTF
 /// file. The rule holds for the path as it is opened: escapes cannot hide dots or slashes.
-Bytes Document::resolve_file(const std::string& uri) {
+std::filesystem::path Document::find_file(const std::string& uri) const {
   if (!folder_) throw Error("external file" + quote_name(uri) + " cannot be opened when loading from memory");
   const std::string decoded = percent_decode(uri);
   std::string turned = decoded;
@@ -663,11 +676,34 @@ Bytes Document::resolve_file(const std::string& uri) {
       path = candidate;
       break;
     }
+  return path;
+}
+
+Bytes Document::resolve_file(const std::string& uri) const {
+  const std::filesystem::path path = find_file(uri);
   try {
     return read_file(path);
   } catch (const Error& e) {
-    throw Error("file" + quote_name(decoded) + " " + e.what());
+    throw Error("file" + quote_name(percent_decode(uri)) + " " + e.what());
   }
+}
+
+std::vector<std::filesystem::path> Document::external_files() const {
+  std::vector<std::filesystem::path> files;
+  for (const char* array : {"buffers", "images"}) {
+    for (std::size_t i = 0; i < size(array); ++i) {
+      const json& o = at(array, i);
+      if (!o.is_object() || !o.contains("uri") || !o["uri"].is_string()) continue;
+      if (is_data_uri(o["uri"].get_ref<const std::string&>())) continue;
+      try {
+        std::filesystem::path file = find_file(o["uri"].get<std::string>());
+        std::error_code status;
+        if (std::filesystem::is_regular_file(file, status)) files.push_back(std::move(file));
+      } catch (const Error&) {  // one that is never opened
+      }
+    }
+  }
+  return files;
 }
 
 std::span<const std::uint8_t> Document::buffer(std::size_t index) {

@@ -57,6 +57,9 @@ class Document {
   /// Bytes of an encoded image (file, data URI or buffer view); `storage` keeps them where nothing else does.
   std::span<const std::uint8_t> image(std::size_t index, Bytes& storage);
 
+  /// The files beside it that buffers and images name and that are there, used or not.
+  std::vector<std::filesystem::path> external_files() const;
+
   /// One line for the user about something that is left out or taken otherwise; the same line only once.
   void note(const std::string& text);
   /// All notes, with one for each fault in an object that nobody used.
@@ -67,7 +70,8 @@ class Document {
   void parse(std::span<const std::uint8_t> text);
   std::span<const std::uint8_t> buffer(std::size_t index);
   Bytes resolve(const std::string& uri);
-  Bytes resolve_file(const std::string& uri);
+  Bytes resolve_file(const std::string& uri) const;
+  std::filesystem::path find_file(const std::string& uri) const;
   void check();
   void check_array(const char* key, const char* singular, void (*rule)(const nlohmann::json&, const std::string&));
   void tidy(nlohmann::json& o, const std::string& where);

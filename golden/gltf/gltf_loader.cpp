@@ -718,4 +718,17 @@ Scene load_gltf_memory(std::span<const std::uint8_t> bytes, const GltfOptions& o
   return scene;
 }
 
+std::vector<std::filesystem::path> gltf_files(const std::filesystem::path& path) {
+  std::error_code status;
+  if (!std::filesystem::is_regular_file(path, status)) return {};
+  std::vector<std::filesystem::path> files = {path};
+  try {
+    const Bytes bytes = gltf::read_file(path);
+    const Document document(bytes, path.has_parent_path() ? path.parent_path() : std::filesystem::path("."));
+    for (std::filesystem::path& file : document.external_files()) files.push_back(std::move(file));
+  } catch (const Error&) {  // load_gltf says what is wrong
+  }
+  return files;
+}
+
 }  // namespace retrace

@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <optional>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "golden/scene/scene.hpp"
 
@@ -25,5 +27,9 @@ Scene load_gltf(const std::filesystem::path& path, const GltfOptions& options = 
 /// The same from memory (for the fuzzer): no external file is opened.
 Scene load_gltf_memory(std::span<const std::uint8_t> bytes, const GltfOptions& options = {},
                        std::vector<std::string>* notes = nullptr);
+
+/// The file and those beside it that its buffers and images name: what must not be written while it is read. Nothing
+/// but the file itself where it is no glTF file; empty if it is not there.
+std::vector<std::filesystem::path> gltf_files(const std::filesystem::path& path);
 
 }  // namespace retrace

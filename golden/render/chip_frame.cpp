@@ -116,7 +116,7 @@ std::vector<contract::MaterialRecord> chip_materials(const Surfaces& surfaces) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, materials.size(), 4096), [&](const auto& range) {
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
       const auto id = static_cast<std::uint32_t>(i);
-      if (surfaces.grid_index(id) == kNone) continue;  // no area: nothing hits it
+      if (!surfaces.exists(id)) continue;  // no area: nothing hits it
       Hit hit;
       hit.status = contract::kStatusHit;
       hit.id = id;

@@ -1,6 +1,5 @@
 // Perceptually uniform colour maps for heat maps: value in [0, 1] to sRGB-encoded colour in [0, 1].
-// Source: polynomial fits of degree 6 by M. Zucker (shadertoy.com/view/WlfXRN, CC0) to the tables of N. Smith and S. van der Walt, "mpl
-// colormaps" (2015, CC0); largest error of a channel about 0.03.
+// The maps are OpenImageIO's.
 #pragma once
 #include <glm/glm.hpp>
 

@@ -70,20 +70,18 @@ Lighting::Lighting(const Surfaces& surfaces, const ViewCamera& camera, LightChoi
     bool emits = false;
     for (const Material& material : scene.materials)
       emits = emits || (luminance(material.emissive) > 0 && !material.unlit);
-    for (const GridTriangle& triangle : surfaces.grid().triangles) {
-      if (!emits) break;
-      const glm::dvec3 p0 = surfaces.vertex(triangle.id, 0), e1 = surfaces.vertex(triangle.id, 1) - p0,
-                       e2 = surfaces.vertex(triangle.id, 2) - p0;
+    const auto add_emitter = [&](std::uint32_t id) {
+      const glm::dvec3 p0 = surfaces.vertex(id, 0), e1 = surfaces.vertex(id, 1) - p0, e2 = surfaces.vertex(id, 2) - p0;
       const double area = 0.5 * glm::length(glm::cross(e1, e2));
       total_area += area;
-      const std::uint32_t material = surfaces.primitive(triangle.id).material;
-      if (material >= scene.materials.size() || !(luminance(scene.materials[material].emissive) > 0)) continue;
-      const glm::vec3 radiance = average_emission(surfaces, triangle.id);
-      if (!(luminance(radiance) > 1e-3f)) continue;
+      const std::uint32_t material = surfaces.primitive(id).material;
+      if (material >= scene.materials.size() || !(luminance(scene.materials[material].emissive) > 0)) return;
+      const glm::vec3 radiance = average_emission(surfaces, id);
+      if (!(luminance(radiance) > 1e-3f)) return;
       emissive_area += area;
-      emitters_.push_back(
-          {p0, e1, e2, surfaces.front(triangle.id), radiance, area, scene.materials[material].double_sided});
-    }
+      emitters_.push_back({p0, e1, e2, surfaces.front(id), radiance, area, scene.materials[material].double_sided});
+    };
+    if (emits) surfaces.for_each_triangle(add_emitter);
   }
   // A file with punctual lights has put them where its lamps are, and then glowing surfaces are only seen, as in other glTF viewers.
   if (choice == LightChoice::kAuto && (!lamps_.empty() || emissive_area < kEmissivePart * total_area))

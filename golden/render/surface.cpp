@@ -76,16 +76,32 @@ glm::vec4 sample_texture(const Texture& texture, glm::vec2 uv) {
   return glm::mix(glm::mix(texel(x0, y0), texel(x1, y0), fx), glm::mix(texel(x0, y1), texel(x1, y1), fx), fy);
 }
 
-Surfaces::Surfaces(const Scene& scene, const WorldTriangles& world, const GridScene& grid)
-    : scene_(scene), world_(world), grid_(grid), index_(world.vertices.size(), kNone), order_(grid.triangles.size()) {
+Surfaces::Lookup Surfaces::make_lookup(const GridScene& grid, std::size_t ids) {
+  Lookup lookup;
+  lookup.index.assign(ids, kNone);
+  lookup.order.resize(grid.triangles.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, grid.triangles.size(), 4096), [&](const auto& range) {
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
       std::array<int, 3> order{};
       make_unit_triangle(grid.triangles[i], &order);
-      order_[i] = static_cast<std::uint8_t>(order[1] | order[2] << 2);
-      index_[grid.triangles[i].id] = static_cast<std::uint32_t>(i);
+      lookup.order[i] = static_cast<std::uint8_t>(order[1] | order[2] << 2);
+      lookup.index[grid.triangles[i].id] = static_cast<std::uint32_t>(i);
     }
   });
+  return lookup;
+}
+
+Surfaces::Surfaces(const Scene& scene, const WorldTriangles& world, const GridScene& grid)
+    : scene_(scene), world_(world), grid_(grid) {
+  if (!grid.two_levels) lookups_.push_back(make_lookup(grid, world.vertices.size()));
+  for (const GridScene& object : grid.objects)
+    lookups_.push_back(make_lookup(object, object.triangles.empty() ? 0 : object.triangles.back().id + std::size_t{1}));
+  for (const GridInstance& instance : grid.instances) {
+    const Placement to_object = object_from_world(instance.record);
+    Placement& to_world = to_world_.emplace_back();
+    to_world.linear = glm::inverse(to_object.linear);
+    to_world.offset = -(to_world.linear * to_object.offset);
+  }
   for (const glm::dmat4& matrix : scene.mesh_transforms()) {
     const glm::dmat3 linear(matrix);
     // A singular transform has no normal matrix; its triangles keep their geometric normals.
@@ -111,16 +127,37 @@ bool Surfaces::transparent(std::uint32_t id) const {
   return transparent_ && material_of(scene_, primitive(id)).alpha != Material::Alpha::kOpaque;
 }
 
+std::optional<Surfaces::Located> Surfaces::locate(std::uint32_t id) const {
+  if (!grid_.two_levels) {
+    const Lookup& lookup = lookups_[0];
+    if (id >= lookup.index.size() || lookup.index[id] == kNone) return std::nullopt;
+    return Located{grid_, lookup, lookup.index[id], nullptr};
+  }
+  const auto next = std::ranges::upper_bound(grid_.instances, id, {},
+                                             [](const GridInstance& instance) { return instance.record.first_id; });
+  if (next == grid_.instances.begin()) return std::nullopt;
+  const auto instance = static_cast<std::size_t>(next - grid_.instances.begin()) - 1;
+  const contract::InstanceRecord& record = grid_.instances[instance].record;
+  const Lookup& lookup = lookups_[record.root];
+  const std::uint32_t local = id - record.first_id;
+  if (local >= lookup.index.size() || lookup.index[local] == kNone) return std::nullopt;
+  return Located{grid_.objects[record.root], lookup, lookup.index[local], &to_world_[instance]};
+}
+
+glm::dvec3 Surfaces::place(const Located& at, double scale, int corner) {
+  const GridPoint& p = at.grid.triangles[at.index].vertices[static_cast<std::size_t>(corner)];
+  const glm::dvec3 on_grid = glm::dvec3(p) * (1.0 / (1 << contract::kPositionFrac));
+  return (at.to_world ? at.to_world->linear * on_grid + at.to_world->offset : on_grid) / scale;
+}
+
 glm::dvec3 Surfaces::vertex(std::uint32_t id, int corner) const {
-  const GridPoint& p = grid_.triangles[index_[id]].vertices[static_cast<std::size_t>(corner)];
-  return glm::dvec3(p) * (1.0 / (1 << contract::kPositionFrac)) / grid_.transform.scale;
+  return place(*locate(id), grid_.transform.scale, corner);
 }
 
 glm::dvec3 Surfaces::file_barycentrics(const Hit& hit) const {
-  const std::uint32_t index = grid_index(hit.id);
-  if (index == kNone)
-    throw Error("the engine reported triangle " + std::to_string(hit.id) + ", which is not in the scene");
-  const int first = order_[index] & 3, second = order_[index] >> 2;
+  const auto at = locate(hit.id);
+  if (!at) throw Error("the engine reported triangle " + std::to_string(hit.id) + ", which is not in the scene");
+  const int first = at->lookup.order[at->index] & 3, second = at->lookup.order[at->index] >> 2;
   glm::dvec3 b(0.0);
   b[3 - first - second] = 1.0 - hit.u - hit.v;
   b[first] = hit.u;

@@ -2,11 +2,13 @@
 #pragma once
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <optional>
 #include <vector>
 
 #include "golden/engine/engine.hpp"
 #include "golden/scene/geometry.hpp"
 #include "golden/scene/scene.hpp"
+#include "golden/tree/instance.hpp"
 
 namespace retrace {
 
@@ -31,7 +33,8 @@ struct SurfacePoint {
 };
 
 /// Scene, world triangles and snapped triangles as shading needs them: by triangle id. Positions are in world units
-/// relative to the centre of the grid, so that they are as fine as the grid wherever the scene lies.
+/// relative to the centre of the grid, so that they are as fine as the grid wherever the scene lies. Triangles of
+/// instances are where the instance records have them.
 class Surfaces {
  public:
   /// The three must outlive this.
@@ -53,8 +56,16 @@ class Surfaces {
   const Scene& scene() const { return scene_; }
   const WorldTriangles& world() const { return world_; }
   const GridScene& grid() const { return grid_; }
-  /// Index into GridScene::triangles, kNone for a degenerate triangle or an id that does not exist.
-  std::uint32_t grid_index(std::uint32_t id) const { return id < index_.size() ? index_[id] : kNone; }
+  /// Whether engines can report this id: a triangle with an area on its grid.
+  bool exists(std::uint32_t id) const { return locate(id).has_value(); }
+  /// Calls `body(id)` for each of those.
+  template <class Body>
+  void for_each_triangle(Body body) const {
+    for (const GridTriangle& triangle : grid_.triangles) body(triangle.id);
+    for (const GridInstance& instance : grid_.instances)
+      for (const GridTriangle& triangle : grid_.objects[instance.record.root].triangles)
+        body(instance.record.first_id + triangle.id);
+  }
   /// A world position relative to the centre of the grid.
   glm::dvec3 from_world(const glm::dvec3& world) const { return world - grid_.transform.center; }
   /// kSurfaceOffset in world units.
@@ -64,11 +75,26 @@ class Surfaces {
   WorldRay leave(const SurfacePoint& point, const glm::dvec3& direction, double distance) const;
 
  private:
+  /// Triangles of one grid, by their ids there.
+  struct Lookup {
+    std::vector<std::uint32_t> index;  ///< id to index into the grid's triangles
+    std::vector<std::uint8_t> order;   ///< by that index: file vertices of the record's vertices 1 and 2, two bits each
+  };
+  struct Located {
+    const GridScene& grid;
+    const Lookup& lookup;
+    std::uint32_t index;
+    const Placement* to_world;  ///< of an instance's object
+  };
+  static Lookup make_lookup(const GridScene& grid, std::size_t ids);
+  std::optional<Located> locate(std::uint32_t id) const;
+  static glm::dvec3 place(const Located& at, double scale, int corner);
+
   const Scene& scene_;
   const WorldTriangles& world_;
   const GridScene& grid_;
-  std::vector<std::uint32_t> index_;  ///< triangle id to index into grid_.triangles
-  std::vector<std::uint8_t> order_;   ///< by that index: file vertices of the record's vertices 1 and 2, two bits each
+  std::vector<Lookup> lookups_;            ///< of the scene, or of each object
+  std::vector<Placement> to_world_;        ///< by instance: from the object's grid to the world's
   std::vector<glm::dmat3> normal_matrix_;  ///< by node
   std::vector<std::uint8_t> mirrors_;      ///< by node
   bool transparent_ = false;

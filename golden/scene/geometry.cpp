@@ -127,7 +127,27 @@ WorldTriangles flatten(const Scene& scene) {
   return out;
 }
 
-GridScene snap(const WorldTriangles& world, double side) {
+std::optional<PlacedTriangle> find_placed(const GridScene& scene, std::uint32_t id) {
+  if (!scene.two_levels) {
+    const GridTriangle* found = find_triangle(scene.triangles, id);
+    return found ? std::optional(PlacedTriangle{found, {}}) : std::nullopt;
+  }
+  const auto next = std::ranges::upper_bound(scene.instances, id, {},
+                                             [](const GridInstance& instance) { return instance.record.first_id; });
+  if (next == scene.instances.begin()) return std::nullopt;
+  const auto place = static_cast<std::size_t>(next - scene.instances.begin()) - 1;
+  const contract::InstanceRecord& record = scene.instances[place].record;
+  const GridTriangle* found = find_triangle(scene.objects[record.root].triangles, id - record.first_id);
+  return found ? std::optional(PlacedTriangle{found, place}) : std::nullopt;
+}
+
+std::uint64_t placed_triangles(const GridScene& scene) {
+  std::uint64_t sum = scene.triangles.size();
+  for (const GridInstance& instance : scene.instances) sum += scene.objects[instance.record.root].triangles.size();
+  return sum;
+}
+
+GridScene snap(const WorldTriangles& world, double reach, double most) {
   const std::size_t count = world.vertices.size();
   const Bounds bounds = tbb::parallel_reduce(
       tbb::blocked_range<std::size_t>(0, count, 4096), Bounds{},
@@ -148,11 +168,11 @@ GridScene snap(const WorldTriangles& world, double side) {
   if (bounds.lower.x <= bounds.upper.x) {
     // Halves first: the difference of two finite numbers can overflow.
     out.transform.center = bounds.lower * 0.5 + bounds.upper * 0.5;
-    const glm::dvec3 reach = glm::max(bounds.upper - out.transform.center, out.transform.center - bounds.lower);
-    const double half = std::max({reach.x, reach.y, reach.z});
-    // One code is left beside the pad, so rounding cannot take the padded box out of [-1, 1]. Where the reciprocal
+    const glm::dvec3 extent = glm::max(bounds.upper - out.transform.center, out.transform.center - bounds.lower);
+    const double half = std::max({extent.x, extent.y, extent.z});
+    // One code is left beside the pad, so rounding cannot take the padded box out of reach. Where the reciprocal
     // overflows, the scene is smaller than 2^-1000 of its units: it shrinks to a point, as it does when half is 0.
-    const double scale = (kOne * side - contract::kBoxPad - 1) / kOne / half;
+    const double scale = std::min((reach * kOne - contract::kBoxPad - 1) / kOne / half, most);
     out.transform.scale = std::isfinite(scale) ? scale : 1.0;
   }
 

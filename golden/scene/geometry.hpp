@@ -5,8 +5,11 @@
 #include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <limits>
+#include <optional>
 #include <vector>
 
+#include "golden/contract/contract_records.hpp"
 #include "scene.hpp"
 
 namespace retrace {
@@ -48,12 +51,23 @@ struct GridTriangle {
   std::uint32_t id;                   ///< index into WorldTriangles
 };
 
-/// The scene on the position grid.
+/// An object of a scene of two levels where it stands in the world.
+struct GridInstance {
+  std::uint32_t node = kNone;  ///< glTF node
+  contract::InstanceRecord
+      record;  ///< its root is the number of the object; first_id: the id of the object's triangle 0 in the world
+};
+
+/// The scene on the position grid. A scene of two levels has its triangles in objects, each on a grid of its own.
 struct GridScene {
   GridTransform transform;
   std::vector<GridTriangle> triangles;  ///< those of non-zero area on the grid, ascending id
   std::uint32_t degenerate = 0;         ///< how many were dropped
   std::array<std::int32_t, 6> box{};    ///< root box by face (x lower, x upper, ...): box of the triangles and kBoxPad
+
+  bool two_levels = false;
+  std::vector<GridScene> objects;       ///< ids count from 0 in each; their transforms are those of their meshes
+  std::vector<GridInstance> instances;  ///< ascending first_id
 };
 
 /// The triangle of that id, or nullptr. `triangles` stand by ascending id, as in GridScene; ids may be missing.
@@ -63,8 +77,19 @@ auto find_triangle(const Triangles& triangles, std::uint32_t id) {
   return found != std::ranges::end(triangles) && found->id == id ? &*found : nullptr;
 }
 
-/// Scales uniformly so that the padded box lies inside [-1, 1]^3 and rounds every vertex to the grid, ties up.
-/// With no triangle left the box is a small one about the centre. `side`: half the side of the cube that is used, at most 1.
-GridScene snap(const WorldTriangles& world, double side = 1.0);
+/// A triangle of the world: one of the scene's own, or one of an instance's object.
+struct PlacedTriangle {
+  const GridTriangle* triangle;         ///< on the object's grid, its id counts within the object
+  std::optional<std::size_t> instance;  ///< place in GridScene::instances
+};
+/// Finds a triangle by the id that engines report; nothing where there is none.
+std::optional<PlacedTriangle> find_placed(const GridScene& scene, std::uint32_t id);
+
+/// Triangles with an area on their grid, each instance's counted.
+std::uint64_t placed_triangles(const GridScene& scene);
+
+/// Scales uniformly so that the padded box lies inside [-reach, reach]^3, but by no more than `most`, and rounds every vertex to the grid, ties up.
+/// With no triangle left the box is a small one about the centre.
+GridScene snap(const WorldTriangles& world, double reach = 1.0, double most = std::numeric_limits<double>::infinity());
 
 }  // namespace retrace

@@ -45,14 +45,57 @@ std::optional<contract::InstanceRecord> make_instance(const Placement& to_world,
     const double constant = offset[i] * unit;
     if (!(std::abs(constant) < std::ldexp(1.0, contract::kInstanceOffsetBits - 1) - 1.0)) return std::nullopt;
     record.b[at] = std::llround(constant);
-    // Outward, in steps of 2^-7.
-    constexpr int kStep = contract::kPositionFrac - contract::kBoxFaceFrac;
     constexpr std::int32_t kReach = static_cast<std::int32_t>(kObjectReach * (1 << contract::kPositionFrac));
     if (box[2 * at] < -kReach || box[2 * at + 1] > kReach) return std::nullopt;
-    record.box[2 * at] = box[2 * at] >> kStep;
-    record.box[2 * at + 1] = -(-box[2 * at + 1] >> kStep);
   }
+  record.box = coarse_box(box);
   return record;
+}
+
+Placement object_from_world(const contract::InstanceRecord& record) {
+  Placement result;
+  for (int row = 0; row < 3; ++row) {
+    const auto at = static_cast<std::size_t>(row);
+    const int shift = static_cast<int>(record.e[at]) - contract::kInstanceCoefficientFrac;
+    for (int column = 0; column < 3; ++column)
+      result.linear[column][row] = std::ldexp(record.m[3 * at + static_cast<std::size_t>(column)], shift);
+    result.offset[row] = std::ldexp(static_cast<double>(record.b[at]), shift);
+  }
+  return result;
+}
+
+std::array<std::int32_t, 6> coarse_box(const std::array<std::int32_t, 6>& root_box) {
+  constexpr int kStep = contract::kPositionFrac - contract::kBoxFaceFrac;
+  std::array<std::int32_t, 6> box{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box[2 * axis] = root_box[2 * axis] >> kStep;
+    box[2 * axis + 1] = -(-root_box[2 * axis + 1] >> kStep);
+  }
+  return box;
+}
+
+std::array<std::int32_t, 6> world_box(const contract::InstanceRecord& record,
+                                      const std::array<std::int32_t, 6>& root_box) {
+  // What a walk over the top level is off by (docs/error-bounds.md, "instance_enter") and the doubles here.
+  constexpr double kTopPad = 4.0, kUnit = 1 << contract::kPositionFrac, kMost = 1 << 30;
+  const Placement placement = object_from_world(record);
+  const glm::dmat3 back = glm::inverse(placement.linear);
+  glm::dvec3 lower(1e30), upper(-1e30);
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    glm::dvec3 point;
+    for (unsigned axis = 0; axis < 3; ++axis)
+      point[static_cast<int>(axis)] = root_box[2 * axis + (corner >> axis & 1)] / kUnit;
+    const glm::dvec3 world = back * (point - placement.offset);
+    lower = glm::min(lower, world);
+    upper = glm::max(upper, world);
+  }
+  std::array<std::int32_t, 6> box{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const int i = static_cast<int>(axis);
+    box[2 * axis] = static_cast<std::int32_t>(std::clamp(std::floor(lower[i] * kUnit - kTopPad), -kMost, kMost));
+    box[2 * axis + 1] = static_cast<std::int32_t>(std::clamp(std::ceil(upper[i] * kUnit + kTopPad), -kMost, kMost));
+  }
+  return box;
 }
 
 }  // namespace retrace

@@ -27,6 +27,16 @@ struct Placement {
 std::optional<contract::InstanceRecord> make_instance(const Placement& to_world, const std::array<std::int32_t, 6>& box,
                                                       std::uint32_t root, std::uint32_t first_id);
 
+/// What a record says: the map from the world's grid to the object's, without rounding.
+Placement object_from_world(const contract::InstanceRecord& record);
+
+/// Faces of an object's root box as a record holds them: in steps of 2^-7, rounded outward.
+std::array<std::int32_t, 6> coarse_box(const std::array<std::int32_t, 6>& root_box);
+
+/// The box in the world, position codes by face, that holds all points which a record takes to the object's root box. Ends at 2^30.
+std::array<std::int32_t, 6> world_box(const contract::InstanceRecord& record,
+                                      const std::array<std::int32_t, 6>& root_box);
+
 /// Largest factor by which a matrix stretches a vector.
 double largest_stretch(const glm::dmat3& matrix);
 

@@ -67,7 +67,8 @@ std::uint32_t MemoryImage::step_limit(std::uint64_t pairs, std::uint64_t leaves,
 
 MemoryImage MemoryImage::assemble(HeaderRecord header, std::span<const NodePairRecord> pairs,
                                   std::span<const LeafRecord> leaves, std::span<const std::uint32_t> list,
-                                  std::span<const TriangleRecord> triangles) {
+                                  std::span<const TriangleRecord> triangles, std::span<const InstanceRecord> instances,
+                                  const SectionRoom& room) {
   const auto expect_room = [](std::uint64_t count, std::uint64_t most, const char* what) {
     if (count > most)
       fail(std::to_string(count) + " " + what + " are more than the format holds, " + std::to_string(most));
@@ -76,12 +77,16 @@ MemoryImage MemoryImage::assemble(HeaderRecord header, std::span<const NodePairR
   expect_room(leaves.size(), kMaxLeaves, "leaf records");
   expect_room(list.size(), kMaxList, "list entries");
   expect_room(triangles.size(), kMaxTriangles, "triangles");
-  const Layout at = layout_of(pairs.size(), leaves.size(), list.size(), triangles.size());
+  const bool two_levels = header.version == static_cast<std::uint32_t>(contract::kImageVersionTwoLevels);
+  expect_room(instances.size(), two_levels ? kMaxInstances : 0, "instances");
+  const Layout at = layout_of(pairs.size(), leaves.size(), list.size(), triangles.size(), instances.size(),
+                              two_levels ? room : SectionRoom{});
+  expect_room(at.end, kMaxLines, "lines");
 
   MemoryImage image;
   image.words_.resize(at.end * kLineWords);
   header.magic = static_cast<std::uint32_t>(contract::kImageMagic);
-  header.version = static_cast<std::uint32_t>(contract::kImageVersion);
+  header.version = static_cast<std::uint32_t>(two_levels ? contract::kImageVersionTwoLevels : contract::kImageVersion);
   header.lines = static_cast<std::uint32_t>(at.end);
   header.checksum = 0;
   header.pair_offset = static_cast<std::uint32_t>(at.pairs);
@@ -92,6 +97,8 @@ MemoryImage MemoryImage::assemble(HeaderRecord header, std::span<const NodePairR
   header.list_count = static_cast<std::uint32_t>(list.size());
   header.triangle_offset = static_cast<std::uint32_t>(at.triangles);
   header.triangle_count = static_cast<std::uint32_t>(triangles.size());
+  header.instance_offset = two_levels ? static_cast<std::uint32_t>(at.instances) : 0;
+  header.instance_count = static_cast<std::uint32_t>(instances.size());
 
   const auto pack_all = [&](auto records, std::uint64_t line, auto name) {
     std::uint64_t* to = image.words_.data() + line * kLineWords;
@@ -104,6 +111,7 @@ MemoryImage MemoryImage::assemble(HeaderRecord header, std::span<const NodePairR
   pack_all(pairs, at.pairs, [](std::size_t i) { return "node pair " + std::to_string(i); });
   pack_all(leaves, at.leaves, leaf_name);
   pack_all(triangles, at.triangles, triangle_name);
+  pack_all(instances, at.instances, instance_name);
   if (!list.empty()) std::memcpy(image.words_.data() + at.list * kLineWords, list.data(), list.size_bytes());
   header.pack(image.words_.data());
   header.checksum = checksum(image.words_);
@@ -139,9 +147,11 @@ MemoryImage MemoryImage::load(const std::filesystem::path& path) {
   read_exactly(words.data(), contract::kHeaderBytes);
   const HeaderRecord header = HeaderRecord::unpack(words.data());
   if (header.magic != static_cast<std::uint32_t>(contract::kImageMagic)) fail_file("not a memory image (magic)");
-  if (header.version != static_cast<std::uint32_t>(contract::kImageVersion))
+  if (header.version != static_cast<std::uint32_t>(contract::kImageVersion) &&
+      header.version != static_cast<std::uint32_t>(contract::kImageVersionTwoLevels))
     fail_file("memory image of version " + std::to_string(header.version) + ", expected " +
-              std::to_string(contract::kImageVersion));
+              std::to_string(contract::kImageVersion) + ", or " + std::to_string(contract::kImageVersionTwoLevels) +
+              " (two levels)");
   if (size != header.lines * kLineBytes)
     fail_file("file has " + std::to_string(size) + " bytes, its header says " +
               std::to_string(header.lines * kLineBytes));

@@ -2,14 +2,17 @@
 //
 // check() trusts nothing. It works in two passes over the image, without recursion and with memory proportional to the
 // image: first the header, then the tree from the root with the cell and the face links of the node it is at, so that
-// every leaf record can be compared with what it must say.
+// every leaf record can be compared with what it must say. Of two levels: first the top level, then the instance records, and the tree of each
+// object when its first instance leads there. All trees share the marks of what was reached, so no two of them share a record.
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <string_view>
 #include <vector>
 
+#include "instance.hpp"
 #include "memory_image_layout.hpp"
 #include "memory_image_walk.hpp"
 
@@ -37,8 +40,10 @@ std::string element(const char* field, std::uint64_t i) { return std::string(fie
 void check_header(const HeaderRecord& h, std::uint64_t words) {
   expect(h.magic == static_cast<std::uint32_t>(contract::kImageMagic), "header", "magic", h.magic,
          std::to_string(contract::kImageMagic) + "; this is no memory image");
-  expect(h.version == static_cast<std::uint32_t>(contract::kImageVersion), "header", "version", h.version,
-         std::to_string(contract::kImageVersion));
+  const bool two_levels = h.version == static_cast<std::uint32_t>(contract::kImageVersionTwoLevels);
+  expect(two_levels || h.version == static_cast<std::uint32_t>(contract::kImageVersion), "header", "version", h.version,
+         std::to_string(contract::kImageVersion) + ", or " + std::to_string(contract::kImageVersionTwoLevels) +
+             " (two levels)");
   expect(std::uint64_t{h.lines} * MemoryImage::kLineWords == words, "header", "lines", h.lines,
          std::to_string(words * 8) + " bytes' worth");
   expect(h.pair_count >= 1, "header", "pair_count", h.pair_count, "at least 1");
@@ -47,15 +52,31 @@ void check_header(const HeaderRecord& h, std::uint64_t words) {
   expect_count(h.leaf_count, kMaxLeaves, "leaf_count");
   expect_count(h.list_count, kMaxList, "list_count");
   expect_count(h.triangle_count, kMaxTriangles, "triangle_count");
-  const Layout at = layout_of(h.pair_count, h.leaf_count, h.list_count, h.triangle_count);
-  expect(h.pair_offset == at.pairs, "header", "pair_offset", h.pair_offset, std::to_string(at.pairs));
-  expect(h.leaf_offset == at.leaves, "header", "leaf_offset", h.leaf_offset, std::to_string(at.leaves));
-  expect(h.list_offset == at.list, "header", "list_offset", h.list_offset, std::to_string(at.list));
-  expect(h.triangle_offset == at.triangles, "header", "triangle_offset", h.triangle_offset,
-         std::to_string(at.triangles));
-  expect(h.lines == at.end, "header", "lines", h.lines, std::to_string(at.end));
-  expect(h.instance_offset == 0, "header", "instance_offset", h.instance_offset, "0");
-  expect(h.instance_count == 0, "header", "instance_count", h.instance_count, "0");
+  expect_count(h.instance_count, two_levels ? kMaxInstances : 0, "instance_count");
+  const Layout at = layout_of(h.pair_count, h.leaf_count, h.list_count, h.triangle_count, h.instance_count);
+  if (!two_levels) {
+    expect(h.pair_offset == at.pairs, "header", "pair_offset", h.pair_offset, std::to_string(at.pairs));
+    expect(h.leaf_offset == at.leaves, "header", "leaf_offset", h.leaf_offset, std::to_string(at.leaves));
+    expect(h.list_offset == at.list, "header", "list_offset", h.list_offset, std::to_string(at.list));
+    expect(h.triangle_offset == at.triangles, "header", "triangle_offset", h.triangle_offset,
+           std::to_string(at.triangles));
+    expect(h.lines == at.end, "header", "lines", h.lines, std::to_string(at.end));
+    expect(h.instance_offset == 0, "header", "instance_offset", h.instance_offset, "0");
+  } else {
+    // Node pairs, leaf records and the list may have lines to spare behind them.
+    expect(h.pair_offset == at.pairs, "header", "pair_offset", h.pair_offset, std::to_string(at.pairs));
+    const auto expect_behind = [&](std::uint64_t offset, std::uint64_t end, const char* field) {
+      expect(offset >= end, "header", field, offset, "at least " + std::to_string(end));
+      expect(offset <= h.lines, "header", field, offset, "at most lines = " + std::to_string(h.lines));
+    };
+    expect_behind(h.leaf_offset, h.pair_offset + (at.leaves - at.pairs), "leaf_offset");
+    expect_behind(h.list_offset, h.leaf_offset + (at.list - at.leaves), "list_offset");
+    expect_behind(h.triangle_offset, h.list_offset + (at.triangles - at.list), "triangle_offset");
+    const std::uint64_t instances = h.triangle_offset + (at.instances - at.triangles),
+                        end = instances + (at.end - at.instances);
+    expect(h.instance_offset == instances, "header", "instance_offset", h.instance_offset, std::to_string(instances));
+    expect(h.lines == end, "header", "lines", h.lines, std::to_string(end));
+  }
   for (std::uint32_t x : h.reserved_2) expect(x == 0, "header", "reserved_2", x, "0");
   for (int axis = 0; axis < 3; ++axis) {
     const auto low = static_cast<std::int32_t>(h.box[2 * axis]), high = static_cast<std::int32_t>(h.box[2 * axis + 1]);
@@ -70,6 +91,32 @@ void check_header(const HeaderRecord& h, std::uint64_t words) {
   }
 }
 
+std::array<std::int32_t, 6> outermost_box(const MemoryImage& image, std::uint32_t root) {
+  const HeaderRecord& h = image.header();
+  std::array<std::int32_t, 6> box{};
+  for (const bool right : {false, true}) {
+    std::uint32_t node = 2 * root;
+    for (std::uint32_t steps = 0;; ++steps) {
+      const Side side = side_of(image.pair(node >> 1), node & 1);
+      if (side.child >= (side.leaf() ? h.leaf_count : h.pair_count))
+        expect(false, pair_name(node), "child", side.child,
+               side.leaf() ? "below leaf_count = " + std::to_string(h.leaf_count)
+                           : "below pair_count = " + std::to_string(h.pair_count));
+      if (side.leaf()) {
+        const LeafRecord leaf = image.leaf(side.child);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const std::size_t face = 2 * axis + (right ? 1 : 0);
+          box[face] = leaf.bound[face];
+        }
+        break;
+      }
+      if (steps >= h.pair_count) fail(pair_name(2 * root) + ": the way down from it does not end");
+      node = 2 * side.child + (right ? 1 : 0);
+    }
+  }
+  return box;
+}
+
 namespace {
 
 /// Bits that belong to no field must be 0: a record packs to what it was unpacked from.
@@ -80,8 +127,13 @@ bool has_stray_bits(const Record& record, const std::uint64_t* words) {
   return std::memcmp(packed, words, sizeof packed) != 0;
 }
 
-void check_leaf(const MemoryImage& image, std::uint32_t index, const Cell& cell) {
-  const HeaderRecord& h = image.header();
+/// What the leaves of a tree must be.
+struct LeafKind {
+  std::uint32_t kind, records;  ///< how many records references may name
+  const char *name, *count;
+};
+
+void check_leaf(const MemoryImage& image, std::uint32_t index, const Cell& cell, const LeafKind& kind) {
   const LeafRecord leaf = image.leaf(index);
   if (has_stray_bits(leaf, image.leaf_words() + std::size_t{index} * LeafRecord::kWords))
     fail(leaf_name(index) + ": reserved bits are not 0");
@@ -92,13 +144,13 @@ void check_leaf(const MemoryImage& image, std::uint32_t index, const Cell& cell)
       expect(false, leaf_name(index), element("link", face), leaf.link[face], std::to_string(cell.link[face]));
   }
   if (leaf.parent != cell.parent) expect(false, leaf_name(index), "parent", leaf.parent, std::to_string(cell.parent));
-  if (leaf.kind != static_cast<std::uint32_t>(contract::kKindTriangles))
-    expect(false, leaf_name(index), "kind", leaf.kind, std::to_string(contract::kKindTriangles) + " (triangles)");
+  if (leaf.kind != kind.kind)
+    expect(false, leaf_name(index), "kind", leaf.kind, std::to_string(kind.kind) + " (" + kind.name + ")");
   for (std::uint32_t i = 0; i < kInline; ++i) {
     const bool used = i < leaf.count;
-    if (used ? leaf.refs[i] >= h.triangle_count : leaf.refs[i] != 0)
+    if (used ? leaf.refs[i] >= kind.records : leaf.refs[i] != 0)
       expect(false, leaf_name(index), element("refs", i), leaf.refs[i],
-             used ? "below triangle_count = " + std::to_string(h.triangle_count) : "0 beyond count");
+             used ? std::string("below ") + kind.count + " = " + std::to_string(kind.records) : "0 beyond count");
   }
 }
 
@@ -151,6 +203,8 @@ void check_padding(const MemoryImage& image) {
         fail(std::string(section) + ": padding in word " + std::to_string(word) + " is not 0");
   };
   const std::uint64_t list_word = std::uint64_t{h.list_offset} * MemoryImage::kLineWords;
+  expect_zero(std::uint64_t{h.leaf_offset} * MemoryImage::kLineWords + std::uint64_t{h.leaf_count} * LeafRecord::kWords,
+              h.list_offset, "leaf records");
   expect_zero(
       std::uint64_t{h.pair_offset} * MemoryImage::kLineWords + std::uint64_t{h.pair_count} * NodePairRecord::kWords,
       h.leaf_offset, "node pairs");
@@ -162,24 +216,31 @@ void check_padding(const MemoryImage& image) {
 struct TreeTotals {
   std::uint64_t pairs = 1, leaves = 0, references = 0, leaf_depths = 0;
   std::uint32_t max_depth = 0;
+  std::uint32_t steps() const { return MemoryImage::step_limit(pairs, leaves, references, leaf_depths); }
 };
 
-/// The tree: every pair and leaf record belongs to one node, parents, splits, bounds and links are what the way down
-/// says.
-TreeTotals check_tree(const MemoryImage& image) {
+/// What the trees of an image have reached so far.
+struct Reached {
+  std::vector<bool> pairs, leaves;
+  std::vector<std::uint32_t> last_leaves;  ///< those of the last tree
+};
+
+/// The tree whose root is the left node of pair `root`: every pair and leaf record belongs to one node, parents, splits, bounds and links are
+/// what the way down says.
+TreeTotals check_tree(const MemoryImage& image, std::uint32_t root, const std::array<std::int32_t, 6>& box,
+                      const LeafKind& kind, Reached& reached) {
   const HeaderRecord& h = image.header();
-  const NodePairRecord root = image.pair(0);
-  const Side left = side_of(root, false), right = side_of(root, true);
-  expect(root.parent == 0, "node pair 0", "parent", root.parent, "0");
-  expect(right.split == left.split, "node pair 0", "right_split", right.split,
-         "the root's " + std::to_string(left.split));
-  expect(right.axis == left.axis, "node pair 0", "right_axis", right.axis, "the root's " + std::to_string(left.axis));
-  expect(right.child == left.child, "node pair 0", "right_child", right.child,
-         "the root's " + std::to_string(left.child));
+  const NodePairRecord pair = image.pair(root);
+  const Side left = side_of(pair, false), right = side_of(pair, true);
+  const std::string name = "node pair " + std::to_string(root);
+  expect(pair.parent == 2 * root, name, "parent", pair.parent, std::to_string(2 * root) + ", as that of a root");
+  expect(right.split == left.split, name, "right_split", right.split, "the root's " + std::to_string(left.split));
+  expect(right.axis == left.axis, name, "right_axis", right.axis, "the root's " + std::to_string(left.axis));
+  expect(right.child == left.child, name, "right_child", right.child, "the root's " + std::to_string(left.child));
 
   TreeTotals totals;
-  std::vector<bool> pair_reached(h.pair_count), leaf_reached(h.leaf_count);
-  pair_reached[0] = true;
+  reached.pairs[root] = true;
+  reached.last_leaves.clear();
   const auto on_interior = [&](std::uint32_t node, const Side& side, const Cell& cell) {
     const std::int32_t low = cell.bound[2 * side.axis], high = cell.bound[2 * side.axis + 1];
     if (side.split <= low || side.split >= high)
@@ -187,9 +248,9 @@ TreeTotals check_tree(const MemoryImage& image) {
              "strictly between " + std::to_string(low) + " and " + std::to_string(high));
     if (side.child >= h.pair_count)
       expect(false, pair_name(node), "child", side.child, "below pair_count = " + std::to_string(h.pair_count));
-    if (pair_reached[side.child])
+    if (reached.pairs[side.child])
       expect(false, pair_name(node), "child", side.child, "a pair that no other node leads to");
-    pair_reached[side.child] = true;
+    reached.pairs[side.child] = true;
     ++totals.pairs;
     const std::uint32_t parent = image.pair(side.child).parent;
     if (parent != node)
@@ -202,25 +263,34 @@ TreeTotals check_tree(const MemoryImage& image) {
     if (side.split != static_cast<std::int32_t>(size))
       expect(false, pair_name(node), "split", side.split,
              std::to_string(size) + ", the size code of " + leaf_name(side.child));
-    if (leaf_reached[side.child])
+    if (reached.leaves[side.child])
       expect(false, pair_name(node), "child", side.child, "a leaf record that no other node leads to");
-    leaf_reached[side.child] = true;
-    check_leaf(image, side.child, cell);
+    reached.leaves[side.child] = true;
+    reached.last_leaves.push_back(side.child);
+    check_leaf(image, side.child, cell, kind);
     ++totals.leaves;
     totals.references += image.leaf(side.child).count;
     totals.leaf_depths += cell.depth;
     totals.max_depth = std::max(totals.max_depth, cell.depth);
   };
-  walk(image, on_interior, on_leaf);
-  expect(totals.pairs == h.pair_count, "header", "pair_count", h.pair_count,
-         std::to_string(totals.pairs) + ", as many as the tree has");
-  expect(totals.leaves == h.leaf_count, "header", "leaf_count", h.leaf_count,
-         std::to_string(totals.leaves) + ", as many as the tree has");
+  walk(image, 2 * root, box, on_interior, on_leaf);
   return totals;
 }
 
+/// All pairs and leaf records belong to a tree.
+void check_reached(const MemoryImage& image, const Reached& reached) {
+  const auto count = [](const std::vector<bool>& marks) {
+    return static_cast<std::uint64_t>(std::count(marks.begin(), marks.end(), true));
+  };
+  const HeaderRecord& h = image.header();
+  const char* of = image.two_levels() ? ", as many as the trees have" : ", as many as the tree has";
+  const std::uint64_t pairs = count(reached.pairs), leaves = count(reached.leaves);
+  expect(pairs == h.pair_count, "header", "pair_count", h.pair_count, std::to_string(pairs) + of);
+  expect(leaves == h.leaf_count, "header", "leaf_count", h.leaf_count, std::to_string(leaves) + of);
+}
+
 /// The list belongs to the leaf records in their order, without gaps: no two share an entry, so the image bounds the
-/// references.
+/// references. What entries name is up to the leaf.
 void check_lists(const MemoryImage& image) {
   const HeaderRecord& h = image.header();
   std::uint64_t used = 0;
@@ -236,10 +306,114 @@ void check_lists(const MemoryImage& image) {
   }
   expect(used == h.list_count, "header", "list_count", h.list_count,
          std::to_string(used) + ", as many as the leaves need");
-  for (std::uint32_t i = 0; i < h.list_count; ++i)
-    if (image.list(i) >= h.triangle_count)
-      expect(false, "reference list", "entry " + std::to_string(i), image.list(i),
-             "below triangle_count = " + std::to_string(h.triangle_count));
+  for (std::uint32_t i = 0; i < h.leaf_count; ++i) {
+    const LeafRecord leaf = image.leaf(i);
+    const bool instances = leaf.kind == static_cast<std::uint32_t>(contract::kKindInstance);
+    const std::uint32_t records = instances ? h.instance_count : h.triangle_count;
+    for (std::uint32_t r = kInline; r < leaf.count; ++r) {
+      const std::uint32_t entry = leaf.list_base + r - static_cast<std::uint32_t>(kInline);
+      if (image.list(entry) >= records)
+        expect(false, "reference list", "entry " + std::to_string(entry), image.list(entry),
+               std::string("below ") + (instances ? "instance_count" : "triangle_count") + " = " +
+                   std::to_string(records));
+    }
+  }
+}
+
+/// What the instances of an object ask of it.
+struct CheckedObject {
+  std::array<std::int32_t, 6> box{};
+  std::uint32_t steps = 0, last_id = 0;
+};
+
+CheckedObject check_object(const MemoryImage& image, std::uint32_t root, Reached& reached) {
+  const HeaderRecord& h = image.header();
+  CheckedObject object;
+  object.box = outermost_box(image, root);
+  constexpr auto kReach = static_cast<std::int32_t>(kObjectReach * kUnit);
+  const std::string name = "object at node pair " + std::to_string(root);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::int32_t low = object.box[2 * axis], high = object.box[2 * axis + 1];
+    expect(low >= -kReach && low < high && high <= kReach, name, element("box", 2 * axis), low,
+           "to be below " + element("box", 2 * axis + 1) + " = " + std::to_string(high) + " and both within 7/8");
+  }
+  const LeafKind kind{static_cast<std::uint32_t>(contract::kKindTriangles), h.triangle_count, "triangles, in an object",
+                      "triangle_count"};
+  object.steps = check_tree(image, root, object.box, kind, reached).steps();
+  for (const std::uint32_t index : reached.last_leaves) {
+    const LeafRecord leaf = image.leaf(index);
+    for (std::uint32_t r = 0; r < leaf.count; ++r)
+      object.last_id = std::max(object.last_id, image.triangle(image.reference(leaf, r)).id);
+  }
+  return object;
+}
+
+void check_instance(const MemoryImage& image, std::uint32_t index, const CheckedObject& object) {
+  const InstanceRecord record = image.instance(index);
+  const std::string name = instance_name(index);
+  for (std::size_t row = 0; row < 3; ++row) {
+    if (record.e[row] > static_cast<std::uint32_t>(contract::kRowExponentMax))
+      expect(false, name, element("e", row), record.e[row], "at most " + std::to_string(contract::kRowExponentMax));
+    std::array<std::int64_t, 3> m{};
+    for (std::size_t j = 0; j < 3; ++j) m[j] = record.m[3 * row + j];
+    const double norm = std::sqrt(static_cast<double>(m[0] * m[0]) + static_cast<double>(m[1] * m[1]) +
+                                  static_cast<double>(m[2] * m[2]));
+    constexpr double kOne = std::int64_t{1} << contract::kInstanceCoefficientFrac;
+    if (norm >= kOne) expect(false, name, "the norm of row " + std::to_string(row), norm / kOne, "below 1");
+  }
+  const std::array<std::int32_t, 6> box = coarse_box(object.box);
+  for (std::size_t face = 0; face < 6; ++face)
+    if (record.box[face] != box[face])
+      expect(false, name, element("box", face), record.box[face],
+             std::to_string(box[face]) + ", that of its object, rounded outward");
+  if (std::uint64_t{record.first_id} + object.last_id >= contract::kNoTriangle)
+    expect(false, name, "first_id", record.first_id,
+           "triangle ids to stay below 2^32 - 1, the object has " + std::to_string(object.last_id));
+  // Rounding moves the stretch by less than 2^-20 of it.
+  const double stretch = largest_stretch(glm::inverse(object_from_world(record).linear));
+  if (!(stretch <= kInstanceStretch * (1 + 0x1p-20)))
+    expect(false, name, "its largest stretch", stretch, "at most " + std::to_string(kInstanceStretch));
+  const std::array<std::int32_t, 6> reach = world_box(record, object.box), world = root_box(image.header());
+  for (std::size_t face = 0; face < 6; ++face)
+    if (face % 2 ? reach[face] > world[face] : reach[face] < world[face])
+      expect(false, name, "face " + std::to_string(face) + " of what it fills", reach[face],
+             "inside the root box, which ends at " + std::to_string(world[face]));
+}
+
+/// Instance records and the trees that they lead to. Gives the steps by instance: an object, and back to the leaf.
+std::vector<std::uint32_t> check_instances(const MemoryImage& image, Reached& reached) {
+  const HeaderRecord& h = image.header();
+  std::map<std::uint32_t, CheckedObject> objects;
+  std::vector<std::uint32_t> steps(h.instance_count);
+  for (std::uint32_t i = 0; i < h.instance_count; ++i) {
+    const InstanceRecord record = image.instance(i);
+    if (has_stray_bits(record, image.instance_words() + std::size_t{i} * InstanceRecord::kWords))
+      fail(instance_name(i) + ": reserved bits are not 0");
+    if (record.root >= h.pair_count)
+      expect(false, instance_name(i), "root", record.root, "below pair_count = " + std::to_string(h.pair_count));
+    auto found = objects.find(record.root);
+    if (found == objects.end()) {
+      if (reached.pairs[record.root])
+        expect(false, instance_name(i), "root", record.root,
+               "the root of an object's tree, not a pair of the top level or inside an object");
+      found = objects.emplace(record.root, check_object(image, record.root, reached)).first;
+    }
+    check_instance(image, i, found->second);
+    steps[i] = found->second.steps;
+  }
+  return steps;
+}
+
+/// References and steps of a walk that enters each instance at each reference of the top level.
+std::uint32_t two_level_steps(const MemoryImage& image, std::uint32_t top,
+                              const std::vector<std::uint32_t>& object_steps) {
+  std::uint64_t steps = top;
+  for (std::uint32_t i = 0; i < image.header().leaf_count; ++i) {
+    const LeafRecord leaf = image.leaf(i);
+    if (leaf.kind != static_cast<std::uint32_t>(contract::kKindInstance)) continue;
+    for (std::uint32_t r = 0; r < leaf.count; ++r) steps += std::uint64_t{object_steps[image.reference(leaf, r)]} + 1;
+  }
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(steps, 0xffffffffu));
 }
 
 }  // namespace
@@ -252,11 +426,21 @@ void MemoryImage::check() const {
   const std::uint32_t sum = checksum(words_);
   expect(header_.checksum == sum, "header", "checksum", header_.checksum, std::to_string(sum));
   check_padding(*this);
-  const TreeTotals totals = check_tree(*this);
-  check_lists(*this);
+  Reached reached{std::vector<bool>(header_.pair_count), std::vector<bool>(header_.leaf_count), {}};
+  const LeafKind kind = two_levels() ? LeafKind{static_cast<std::uint32_t>(contract::kKindInstance),
+                                                header_.instance_count, "instances, on the top level", "instance_count"}
+                                     : LeafKind{static_cast<std::uint32_t>(contract::kKindTriangles),
+                                                header_.triangle_count, "triangles", "triangle_count"};
+  const TreeTotals totals = check_tree(*this, 0, root_box(header_), kind, reached);
+  std::uint32_t steps = totals.steps();
+  if (two_levels()) {
+    check_lists(*this);  // before references are followed
+    steps = two_level_steps(*this, steps, check_instances(*this, reached));
+  }
+  check_reached(*this, reached);
+  if (!two_levels()) check_lists(*this);
   expect(header_.max_depth == totals.max_depth, "header", "max_depth", header_.max_depth,
-         std::to_string(totals.max_depth));
-  const std::uint32_t steps = step_limit(totals.pairs, totals.leaves, totals.references, totals.leaf_depths);
+         std::to_string(totals.max_depth) + (two_levels() ? ", that of the top level" : ""));
   expect(header_.step_limit == steps, "header", "step_limit", header_.step_limit, std::to_string(steps));
   for (std::uint32_t i = 0; i < header_.triangle_count; ++i) check_triangle(*this, i);
 }

@@ -1,4 +1,4 @@
-// The tree of a memory image, walked depth first with the cell of each node. For the sources of this folder.
+// A tree of a memory image, walked depth first with the cell of each node. For the sources of this folder.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -27,11 +27,19 @@ struct Cell {
   std::uint32_t parent = 0, depth = 0;
 };
 
-/// Walks the tree depth first. `on_interior(node, side, cell)` must throw unless `side.child` is a pair that was not
+/// Cell of the root of an image: of its one tree, or of the top level.
+inline std::array<std::int32_t, 6> root_box(const contract::HeaderRecord& header) {
+  std::array<std::int32_t, 6> box;
+  for (std::size_t face = 0; face < 6; ++face) box[face] = static_cast<std::int32_t>(header.box[face]);
+  return box;
+}
+
+/// Walks the tree under `root`, an even node, depth first. `on_interior(node, side, cell)` must throw unless `side.child` is a pair that was not
 /// reached before and the split lies inside the cell; `on_leaf(node, side, cell)`. No recursion: the stack undoes what
 /// the way down changed.
 template <typename OnInterior, typename OnLeaf>
-void walk(const MemoryImage& image, OnInterior&& on_interior, OnLeaf&& on_leaf) {
+void walk(const MemoryImage& image, std::uint32_t root, const std::array<std::int32_t, 6>& box,
+          OnInterior&& on_interior, OnLeaf&& on_leaf) {
   struct Frame {
     std::uint32_t node;
     std::uint32_t parent;     ///< its parent, restored on the way up
@@ -41,8 +49,9 @@ void walk(const MemoryImage& image, OnInterior&& on_interior, OnLeaf&& on_leaf) 
   };
   std::vector<Frame> stack;
   Cell cell;
-  for (int face = 0; face < 6; ++face) cell.bound[face] = static_cast<std::int32_t>(image.header().box[face]);
-  std::uint32_t node = 0;
+  cell.bound = box;
+  cell.parent = root;
+  std::uint32_t node = root;
   for (;;) {
     for (;;) {
       const Side side = side_of(image.pair(node >> 1), node & 1);

@@ -3,19 +3,27 @@
 
 #include <utility>
 
+#include "instanced_scene.hpp"
+#include "two_level_scene.hpp"
+
 namespace retrace {
 
-TracedScene snap_scene(Scene scene) {
+TracedScene snap_scene(Scene scene, TwoLevels levels) {
   TracedScene traced;
   traced.scene = std::move(scene);
   traced.world = flatten(traced.scene);
-  traced.grid = snap(traced.world);
+  const bool two = levels == TwoLevels::kOn || (levels == TwoLevels::kAuto && has_instances(traced.scene));
+  traced.grid = two ? InstancedScene(traced.scene).release() : snap(traced.world);
   return traced;
 }
 
-TracedScene prepare_scene(Scene scene, const BuildOptions& options) {
-  TracedScene traced = snap_scene(std::move(scene));
-  traced.image = build_kd(traced.grid, options);
+MemoryImage build_image(const GridScene& grid, const BuildOptions& options) {
+  return grid.two_levels ? TwoLevelImage(grid, false, options).release() : build_kd(grid, options);
+}
+
+TracedScene prepare_scene(Scene scene, const BuildOptions& options, TwoLevels levels) {
+  TracedScene traced = snap_scene(std::move(scene), levels);
+  traced.image = build_image(traced.grid, options);
   return traced;
 }
 

@@ -14,9 +14,18 @@ struct TracedScene {
   MemoryImage image;
 };
 
+/// Whether instances stay instances (golden/tree/instanced_scene.hpp), or are flattened into one tree.
+enum class TwoLevels {
+  kOff,
+  kAuto,  ///< where that makes the image smaller: has_instances()
+  kOn
+};
+
 /// All but the image. Throws Error as flatten() does.
-TracedScene snap_scene(Scene scene);
-/// The image, too. Throws Error as build_kd() does.
-TracedScene prepare_scene(Scene scene, const BuildOptions& options = {});
+TracedScene snap_scene(Scene scene, TwoLevels levels = TwoLevels::kOff);
+/// The image of a snapped scene. Throws Error as build_kd() does.
+MemoryImage build_image(const GridScene& grid, const BuildOptions& options = {});
+/// Both.
+TracedScene prepare_scene(Scene scene, const BuildOptions& options = {}, TwoLevels levels = TwoLevels::kOff);
 
 }  // namespace retrace

@@ -6,8 +6,9 @@
 //             not lead back, so that what is left does not break a walk.
 // Order       Tiles in rows, pixels of a tile in rows, samples of a pixel one after the other.
 // Tag         {slot, pixel}: slots in the order of the pixels, so the sink finds the samples of a pixel in one place.
-// Window      Two halves of slots. A pixel enters a half when all pixels that it held have been finished (finished_valid_i), so as many pixels are in flight as
-//             there are slots, at most. The sink waits for no ray: it finishes pixels whatever happens here.
+// Window      Segments of slots. A pixel enters a segment when all pixels that it held have been finished (finished_valid_i), so as many pixels are in flight as
+//             there are slots, at most, and a slow one holds up those that are 7/8 of the slots behind it. The sink waits for no ray: it finishes pixels
+//             whatever happens here.
 // Streams     rays to the core; misses, samples that meet no box, to the sink. place_*: what the sink needs for a depth, in the clock in which the ray is offered.
 // Faults      fault_o: the frame is none that can be drawn (sizes, samples, kind); nothing is made of it. bad_o: a sample's camera is none that a host writes; a miss.
 // End         done_o from the clock after start_i until all samples are handed over is 0.
@@ -40,7 +41,9 @@ module rt_raster (
   localparam int unsigned CameraFrac = 20;
   localparam int unsigned SizeBits = rt_contract_pkg::FrameSizeBits;
   localparam int unsigned SlotBits = rt_core_pkg::PixelSlotBits;
-  localparam int unsigned HalfBits = SlotBits - 1;
+  localparam int unsigned Segments = 8;
+  localparam int unsigned SegmentBits = $clog2(Segments);
+  localparam int unsigned PlaceBits = SlotBits - SegmentBits;  // of a slot in its segment
   typedef logic [SizeBits-1:0] size_t;
   typedef rt_contract_pkg::pixel_index_t pixel_t;
   typedef rt_contract_pkg::camera_step_t step_t;
@@ -158,20 +161,21 @@ module rt_raster (
   assign fault_o = state_q == Check && settle_q == '0 && !fits;
 
   // --- the window ---
-  logic [1:0][HalfBits:0] unfinished_q;  // pixels of each half of the slots
-  logic [1:0]             begins, finishes;
-  logic                   first_of_half;
-  assign first_of_half = slot_q[HalfBits-1:0] == '0 && sample_q == '0;
-  assign open          = !first_of_half || unfinished_q[slot_q[SlotBits-1]] == '0;
-  for (genvar h = 0; h < 2; h++) begin : gen_half
-    assign begins[h]   = advance && sample_q == '0 && slot_q[SlotBits-1] == 1'(h);
-    assign finishes[h] = finished_valid_i && finished_slot_i[SlotBits-1] == 1'(h);
+  typedef logic [SegmentBits-1:0] segment_t;
+  logic [Segments-1:0][PlaceBits:0] unfinished_q;  // pixels of each segment
+  logic [Segments-1:0]              begins, finishes;
+  logic                             first_of_segment;
+  assign first_of_segment = slot_q[PlaceBits-1:0] == '0 && sample_q == '0;
+  assign open             = !first_of_segment || unfinished_q[slot_q[SlotBits-1-:SegmentBits]] == '0;
+  for (genvar s = 0; s < int'(Segments); s++) begin : gen_segment
+    assign begins[s]   = advance && sample_q == '0 && slot_q[SlotBits-1-:SegmentBits] == segment_t'(s);
+    assign finishes[s] = finished_valid_i && finished_slot_i[SlotBits-1-:SegmentBits] == segment_t'(s);
     always_ff @(posedge clk_i) begin
-      if (begins[h] && !finishes[h]) unfinished_q[h] <= unfinished_q[h] + 1'b1;
-      if (finishes[h] && !begins[h]) unfinished_q[h] <= unfinished_q[h] - 1'b1;
-      if (!rst_ni) unfinished_q[h] <= '0;
+      if (begins[s] && !finishes[s]) unfinished_q[s] <= unfinished_q[s] + 1'b1;
+      if (finishes[s] && !begins[s]) unfinished_q[s] <= unfinished_q[s] - 1'b1;
+      if (!rst_ni) unfinished_q[s] <= '0;
     end
-    `RT_ASSERT(FinishesWhatIsThere, !finishes[h] || unfinished_q[h] != '0)
+    `RT_ASSERT(FinishesWhatIsThere, !finishes[s] || unfinished_q[s] != '0)
   end
 
   // --- from the camera to the grid ---

@@ -71,6 +71,9 @@ class Simulation final : public CsimEngine {
 
   Walk walk(const GridRay& ray, const TraceOptions& options) override {
     check(options);
+    if (contract::HeaderRecord::unpack(image_.data()).version ==
+        static_cast<std::uint32_t>(contract::kImageVersionTwoLevels))
+      throw Error("csim engine: it shows walks through one level, not through instances");
     std::array<std::uint64_t, contract::RayRecord::kWords> ray_words;
     std::array<std::uint64_t, contract::HitRecord::kWords> hit_words;
     std::array<ap_uint<64>, kSummaryWords> summary;
@@ -174,6 +177,7 @@ EngineKind csim_engine_kind() {
   kind.name = "csim";
   kind.help = "the fixed-point HLS kernel in C simulation, on all cores";
   kind.shows_walks = true;
+  kind.instances = true;
   kind.make = [](const GridScene&, const MemoryImage& image, const std::string&) -> std::unique_ptr<Engine> {
     return make_csim_engine(image);
   };

@@ -1,9 +1,9 @@
-// ring_model [SCENE [WIDTHxHEIGHT [FIRST-LAST [LATENCY [BYTES [OUTSTANDING]]]]]]: an estimate of what the ring of tasks would need in hardware, for the
-// rows FIRST to LAST - 1 of a frame. C simulation says what each token does in each lap and which reads miss the caches; this model adds time:
+// ring_model [SCENE [WIDTHxHEIGHT [FIRST-END]]]: an estimate of what the ring of tasks would need in hardware, for the rows FIRST to END - 1 of a
+// frame. C simulation says what each token does in each lap and which reads miss the caches; this model adds time:
 //
 //   - every task takes a token in each clock (II = 1), in order, and hands it on after its latency, which is assumed (kTasks);
 //   - a task with a memory port is a rigid pipeline, as deep as its latency and the memory's: a hit takes as long as a miss, a late answer stops it;
-//   - a read is answered LATENCY clocks after it was asked for, when the bus, BYTES a clock for all ports, is free; OUTSTANDING reads a port at most;
+//   - a read is answered `--latency` clocks after it was asked for, when the bus, `--bytes` a clock for all ports, is free; `--outstanding` reads a port at most;
 //   - streams have their declared depths; ray_setup and hit_finish have II = 8.
 //
 // No compiler has confirmed an interval or a latency: the figures are estimates.
@@ -19,6 +19,7 @@
 #include "golden/tree/kd_builder.hpp"
 #include "scenes/open_scene.hpp"
 #include "testbench/csim/ring_run.hpp"
+#include "testbench/kit/command_line.hpp"
 
 namespace {
 
@@ -246,19 +247,21 @@ int run(const std::string& name, int width, int height, int first, int last, int
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::string name = argc > 1 ? argv[1] : "room";
-  int width = 640, height = 480, first = 200, last = 216;
-  const auto number = [&](int index, int otherwise) { return argc > index ? std::atoi(argv[index]) : otherwise; };
-  if ((argc > 2 && std::sscanf(argv[2], "%dx%d", &width, &height) != 2) ||
-      (argc > 3 && std::sscanf(argv[3], "%d-%d", &first, &last) != 2) || number(4, 60) < 1 || number(5, 16) < 1 ||
-      number(6, 16) < 1 || width < 1 || first < 0 || last <= first || last > height) {
-    std::fprintf(stderr, "usage: ring_model [SCENE [WIDTHxHEIGHT [FIRST-LAST [LATENCY [BYTES [OUTSTANDING]]]]]]\n");
-    return 2;
-  }
-  try {
-    return run(name, width, height, first, last, number(4, 60), number(5, 16), number(6, 16));
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "ring_model: %s\n", error.what());
-    return 1;
-  }
+  std::string scene = "room";
+  ImageSize size{640, 480};
+  std::pair<int, int> rows{200, 216};
+  int latency = 60, bytes = 16, outstanding = 16;
+  CLI::App app("An estimate of the clocks a ray of the ring of tasks, and where they wait.", "ring_model");
+  app.add_option("scene", scene, "A generated scene")->capture_default_str();
+  add_size(app, "size", size, 4096, "Rays");
+  add_pair(app, "rows", rows, '-', "Only these rows of the image");
+  const CLI::Range positive(1, 1 << 20);
+  app.add_option("--latency", latency, "Of the memory, in clocks")->check(positive)->capture_default_str();
+  app.add_option("--bytes", bytes, "A clock")->check(positive)->capture_default_str();
+  app.add_option("--outstanding", outstanding, "Reads of a port")->check(positive)->capture_default_str();
+  return run_program(app, argc, argv, [&] {
+    if (rows.second <= rows.first || rows.second > size.height)
+      throw std::invalid_argument("rows: FIRST-END within the image");
+    return run(scene, size.width, size.height, rows.first, rows.second, latency, bytes, outstanding);
+  });
 }

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "golden/base/options.hpp"
 #include "golden/base/text.hpp"
 #include "golden/engine/registry.hpp"
 #include "testbench/driver/serial_engine.hpp"
@@ -33,7 +34,7 @@ EngineKind serial_engine_kind() {
     command
         .add_option("--link-patience", options->link.patience, "Seconds of silence after which a board counts as dead")
         ->capture_default_str()
-        ->check(CLI::Range(0.1, 3600.0))
+        ->check(RealRange(0.1, 3600.0))
         ->group("Engine serial");
   };
   kind.check = [](const std::string& argument) {

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <exception>
 #include <string>
+#include <utility>
 
 namespace retrace {
 
@@ -24,6 +25,17 @@ int run_program(CLI::App& app, int argc, const char* const* argv, const Run& run
     std::fprintf(stderr, "%s: error: %s\n", app.get_name().c_str(), error.what());
     return error_code;
   }
+}
+
+/// FIRST-END or X,Y: two integers from 0 with `separator` between them.
+inline CLI::Option* add_pair(CLI::App& app, const std::string& name, std::pair<int, int>& pair, char separator,
+                             const std::string& help) {
+  const auto read = [&pair, separator](const CLI::results_t& texts) {
+    char between = 0, end = 0;
+    return std::sscanf(texts.front().c_str(), "%d%c%d%c", &pair.first, &between, &pair.second, &end) == 3 &&
+           between == separator && pair.first >= 0 && pair.second >= 0;
+  };
+  return app.add_option(name, read, help)->type_name(separator == ',' ? "X,Y" : "FIRST-END")->expected(1);
 }
 
 struct ImageSize {

@@ -1,6 +1,7 @@
 // What a walk in integers gives to each stage: the records of the image and the state of the ray, put together as the kernel does.
 #pragma once
 #include "golden/contract/contract_records.hpp"
+#include "golden/engine/instance_ray.hpp"
 #include "golden/tree/memory_image.hpp"
 
 namespace retrace {
@@ -58,20 +59,6 @@ inline contract::TriTestInRecord tri_test_in(const contract::TriangleRecord& tri
   in.id = triangle.id;
   in.origin = ray.origin;
   in.direction = ray.direction;
-  return in;
-}
-
-/// `reach`: the limit of t in the world, exclusive.
-inline contract::InstanceEnterInRecord instance_enter_in(const contract::InstanceRecord& instance,
-                                                         const contract::RayRecord& ray, std::uint32_t reach) {
-  contract::InstanceEnterInRecord in;
-  in.m = instance.m;
-  in.b = instance.b;
-  in.e = instance.e;
-  in.box = instance.box;
-  in.origin = ray.origin;
-  in.direction = ray.direction;
-  in.reach = reach;
   return in;
 }
 

@@ -15,6 +15,7 @@
 #include "golden/accel/catalogue.hpp"
 #include "golden/base/clock.hpp"
 #include "golden/base/output_file.hpp"
+#include "golden/gltf/gltf_loader.hpp"
 #include "lab.hpp"
 
 namespace retrace::lab {
@@ -121,7 +122,7 @@ void run(const Arguments& a) {
                                                   static_cast<std::size_t>(a.threads));
   OutputFiles files;
   for (const auto* scenes : {&a.scenes, &a.animated})
-    for (const std::string& scene : *scenes) files.reads(scene);
+    for (const std::string& scene : *scenes) files.reads(gltf_files(scene));
   OutputFile* html = a.html.empty() ? nullptr : &files.add(a.html);
   OutputFile* markdown = a.markdown.empty() ? nullptr : &files.add(a.markdown);
   if (markdown) merge_markdown(a.markdown, "");  // before minutes are spent

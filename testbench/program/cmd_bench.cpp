@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "golden/engine/registry.hpp"
+#include "golden/gltf/gltf_loader.hpp"
 #include "golden/render/renderer.hpp"
 #include "testbench/program/commands.hpp"
 #include "testbench/program/pipeline_view.hpp"
@@ -294,7 +295,7 @@ void run_bench(BenchArguments& a, const Common& common) {
     if (std::none_of(a.engines.begin(), a.engines.end(), [](const auto& e) { return bool(find_engine(e).report); }))
       throw UsageError("--pipeline shows the units of the RTL core: it needs --engine rtl");
     is_linear_format(a.pipeline);
-    for (const std::string& scene : a.scenes) files.reads(scene);
+    for (const std::string& scene : a.scenes) files.reads(gltf_files(scene));
     pipeline = &files.add(a.pipeline);
   }
   Bench bench(a, common);

@@ -11,6 +11,7 @@
 
 #include "golden/compare/compare.hpp"
 #include "golden/engine/registry.hpp"
+#include "golden/gltf/gltf_loader.hpp"
 #include "golden/render/renderer.hpp"
 #include "golden/render/sampling.hpp"
 #include "golden/render/tonemap.hpp"
@@ -170,7 +171,7 @@ class Contest {
 
 /// How bright a hit looks under a lamp at the eye; at least 1.
 std::uint8_t shown(const Surfaces& surfaces, const Hit& hit, const glm::dvec3& direction) {
-  if (!hit.hit() || surfaces.grid_index(hit.id) == kNone) return 0;
+  if (!hit.hit() || !surfaces.exists(hit.id)) return 0;
   const SurfacePoint point = surfaces.at(hit, direction);
   const auto facing = static_cast<float>(std::fabs(glm::dot(point.normal, direction)));
   const float bright = srgb_encode(luminance(glm::vec3(point.base)) * (0.15f + 0.85f * facing));
@@ -291,11 +292,14 @@ void run_compare(const CompareArguments& a, Program& program) {
   TraceOptions trace = a.trace;
   trace.way_up = parse_way_up(a.way_up);
   trace.threads = program.common.threads;
-  for (const std::string& name : names) check_options(name, trace);
+  for (const std::string& name : names) {
+    check_options(name, trace);
+    if (program.common.two_levels == TwoLevels::kOn) check_instances(name);
+  }
   bool shadow = false, primary = false;
   for (const std::string& kind : a.rays) (kind == "shadow" ? shadow : primary) = true;
   OutputFiles files;
-  files.reads(a.scene);
+  files.reads(gltf_files(a.scene));
   OutputFile *picture = nullptr, *stats = nullptr;
   if (!a.output.empty()) {
     if (is_linear_format(a.output))
@@ -358,7 +362,7 @@ void run_compare(const CompareArguments& a, Program& program) {
       shadow_rays.clear();
       for (std::size_t i = 0; i < n; ++i) {
         const Hit& hit = contest.hits(0)[i];
-        if (!hit.hit() || surfaces.grid_index(hit.id) == kNone) continue;
+        if (!hit.hit() || !surfaces.exists(hit.id)) continue;
         const SurfacePoint point = surfaces.at(hit, rays[i].direction);
         lighting.sample(point, a.light_samples, sample_of(i), hash_combine(hash_combine(a.seed, pixel_of(i)), 0x5348u),
                         samples);
@@ -374,6 +378,7 @@ void run_compare(const CompareArguments& a, Program& program) {
   std::printf("%s, %s triangles, %dx%d, engines %s, way up: %s\n", loaded.name.c_str(),
               with_commas(loaded.world.vertices.size()).c_str(), size.width, size.height, a.engines.c_str(),
               a.way_up.c_str());
+  print_levels(loaded);
   const bool asked[2] = {primary, shadow};
   for (int kind = 0; kind < 2; ++kind) {
     if (!asked[kind]) continue;
@@ -456,12 +461,13 @@ void add_compare(CLI::App& app, Program& program) {
   command->add_option("--way-up", a->way_up, "How a walk goes up the tree: stack (golden only), parent or face links")
       ->capture_default_str()
       ->check(CLI::IsMember({"stack", "parent", "face"}));
-  command->add_flag("--mailbox{8}", a->trace.mailbox, "Remember the last triangles tested (8 unless =N)");
+  add_mailbox(*command, a->trace.mailbox);
   command->add_option("--seed", a->seed, "Of the sample points")->capture_default_str();
   command->add_option("-o,--output", a->output, "Picture: what each engine sees, and where their primary rays differ")
       ->type_name("FILE");
   command->add_option("--stats", a->stats, "The table as JSON")->type_name("FILE");
   add_engine_options(*command);
+  add_two_level(*command, program);
   add_common(*command, program);
   command->footer(
       "Engines:\n" + engine_help() +

@@ -9,6 +9,7 @@
 #include "golden/compare/compare.hpp"
 #include "golden/engine/registry.hpp"
 #include "golden/engine/walk.hpp"
+#include "golden/gltf/gltf_loader.hpp"
 #include "golden/render/view.hpp"
 #include "testbench/program/commands.hpp"
 #include "testbench/program/walk_picture.hpp"
@@ -146,7 +147,7 @@ void run_explain(const ExplainArguments& a, Program& program) {
     if (!find_engine(name).shows_walks) throw UsageError("engine " + name + " does not show its walks");
   }
   OutputFiles files;
-  files.reads(a.scene);
+  files.reads(gltf_files(a.scene));
   OutputFile* const picture = a.output.empty() ? nullptr : &files.add(a.output);
   OutputFile* const stats = a.stats.empty() ? nullptr : &files.add(a.stats);
 
@@ -256,7 +257,7 @@ void add_explain(CLI::App& app, Program& program) {
   command->add_option("--way-up", a->way_up, "How a walk goes up the tree: parent or face links")
       ->capture_default_str()
       ->check(CLI::IsMember({"parent", "face"}));
-  command->add_flag("--mailbox{8}", a->trace.mailbox, "Remember the last triangles tested (8 unless =N)");
+  add_mailbox(*command, a->trace.mailbox);
   command->add_option("-o,--output", a->output, "Picture of the first engine's walk")->type_name("FILE.svg");
   command->add_option("--stats", a->stats, "All steps as JSON")->type_name("FILE");
   add_engine_options(*command);

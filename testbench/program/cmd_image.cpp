@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "golden/base/output_file.hpp"
+#include "golden/gltf/gltf_loader.hpp"
 #include "golden/tree/kd_builder.hpp"
 #include "testbench/program/commands.hpp"
 
@@ -21,26 +22,33 @@ struct InfoArguments {
 };
 
 nlohmann::ordered_json info_json(const ImageStatistics& s, const contract::HeaderRecord& header) {
-  return {{"version", header.version},
-          {"triangles", s.triangles},
-          {"nodes", s.nodes},
-          {"interior", s.interior},
-          {"leaves", s.leaves},
-          {"empty_leaves", s.empty_leaves},
-          {"references", s.references},
-          {"references_per_triangle", s.references_per_triangle},
-          {"references_per_leaf", s.references_per_leaf},
-          {"largest_leaf", s.max_leaf},
-          {"max_depth", s.max_depth},
-          {"step_limit", header.step_limit},
-          {"sah_cost", s.sah_cost},
-          {"bytes", s.bytes},
-          {"pair_bytes", s.pair_bytes},
-          {"leaf_bytes", s.leaf_bytes},
-          {"list_bytes", s.list_bytes},
-          {"triangle_bytes", s.triangle_bytes},
-          {"depth_histogram", s.depth_histogram},
-          {"leaf_size_histogram", s.leaf_size_histogram}};
+  nlohmann::ordered_json json = {{"version", header.version},
+                                 {"triangles", s.triangles},
+                                 {"nodes", s.nodes},
+                                 {"interior", s.interior},
+                                 {"leaves", s.leaves},
+                                 {"empty_leaves", s.empty_leaves},
+                                 {"references", s.references},
+                                 {"references_per_triangle", s.references_per_triangle},
+                                 {"references_per_leaf", s.references_per_leaf},
+                                 {"largest_leaf", s.max_leaf},
+                                 {"max_depth", s.max_depth},
+                                 {"step_limit", header.step_limit},
+                                 {"sah_cost", s.sah_cost},
+                                 {"bytes", s.bytes},
+                                 {"pair_bytes", s.pair_bytes},
+                                 {"leaf_bytes", s.leaf_bytes},
+                                 {"list_bytes", s.list_bytes},
+                                 {"triangle_bytes", s.triangle_bytes},
+                                 {"depth_histogram", s.depth_histogram},
+                                 {"leaf_size_histogram", s.leaf_size_histogram}};
+  if (header.version == static_cast<std::uint32_t>(contract::kImageVersionTwoLevels))
+    json.update({{"instances", s.instances},
+                 {"objects", s.objects},
+                 {"instanced_triangles", s.instanced_triangles},
+                 {"instance_references", s.instance_references},
+                 {"instance_bytes", s.instance_bytes}});
+  return json;
 }
 
 void print_histogram(const char* title, const std::vector<std::uint64_t>& counts, bool open_end) {
@@ -92,7 +100,11 @@ void run_info(const InfoArguments& a, const Common& common) {
     print_row("triangles in the file", with_commas(head["triangles"].get<std::uint64_t>()),
               with_commas(head["degenerate"].get<std::uint64_t>()) + " of them have no area on the grid");
   }
-  print_row("triangles", with_commas(s.triangles));
+  if (image.two_levels()) {
+    print_row("instances", with_commas(s.instances), "of " + with_commas(s.objects) + " objects");
+    print_row("instanced triangles", with_commas(s.instanced_triangles));
+  }
+  print_row("triangles", with_commas(s.triangles), image.two_levels() ? "held" : "");
   print_row("nodes", with_commas(s.nodes), with_commas(s.interior) + " interior");
   print_row("leaves", with_commas(s.leaves), with_commas(s.empty_leaves) + " empty");
   print_row("references", with_commas(s.references),
@@ -107,20 +119,22 @@ void run_info(const InfoArguments& a, const Common& common) {
   print_row("  leaf records", with_commas(s.leaf_bytes));
   print_row("  reference list", with_commas(s.list_bytes));
   print_row("  triangle records", with_commas(s.triangle_bytes));
+  if (image.two_levels()) print_row("  instance records", with_commas(s.instance_bytes));
   print_histogram("leaves by depth", s.depth_histogram, false);
   print_histogram("leaves by references", s.leaf_size_histogram, true);
 }
 
 void run_pack(const PackArguments& a, const Common& common) {
   OutputFiles files;
-  files.reads(a.scene);
+  files.reads(gltf_files(a.scene));
   OutputFile& file = files.add(a.output);
   const LoadedScene loaded = load_scene(a.scene, common, false);
   file.refer(loaded.image.file_bytes());
   files.commit();
   std::printf("%s: %s triangles, %s bytes, built in %.2f s\n", a.output.c_str(),
-              with_commas(loaded.grid.triangles.size()).c_str(), with_commas(loaded.image.bytes()).c_str(),
+              with_commas(placed_triangles(loaded.grid)).c_str(), with_commas(loaded.image.bytes()).c_str(),
               loaded.build_s);
+  print_levels(loaded);
 }
 
 }  // namespace
@@ -130,6 +144,7 @@ void add_pack(CLI::App& app, Program& program) {
   auto a = std::make_shared<PackArguments>();
   command->add_option("scene", a->scene, kSceneHelp)->required()->type_name("SCENE");
   command->add_option("-o,--output", a->output, "Image, as the engines see it")->required()->type_name("FILE");
+  add_two_level(*command, program);
   add_common(*command, program);
   command->footer(
       "The image is what the core reads from memory: node pairs, leaves, references, triangles "
@@ -145,6 +160,7 @@ void add_info(CLI::App& app, Program& program) {
   auto a = std::make_shared<InfoArguments>();
   command->add_option("file", a->path, "Scene (as for render) or packed image")->required()->type_name("FILE");
   command->add_flag("--json", a->json, "As JSON");
+  add_two_level(*command, program);
   add_common(*command, program);
   command->footer(
       "Nodes, leaves, references, depth, SAH cost, bytes, and how the leaves spread over depth and size.\n"

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <cstdio>
 
+#include "golden/base/options.hpp"
 #include "golden/engine/registry.hpp"
+#include "golden/gltf/gltf_loader.hpp"
 #include "testbench/program/commands.hpp"
 #include "testbench/program/progress.hpp"
 
@@ -99,6 +101,7 @@ void run_render(RenderArguments& a, const Common& common) {
                                        : LightChoice::kAuto;
   parse_exposure(a.exposure, 1.0);
   check_options(a.engine, options.trace);
+  if (common.two_levels == TwoLevels::kOn) check_instances(a.engine);
   for (const std::string& name : a.aovs) {
     bool known = false;
     std::string names;
@@ -111,11 +114,13 @@ void run_render(RenderArguments& a, const Common& common) {
     if (of_work && !find_engine(a.engine).counts_work)
       throw UsageError("engine " + a.engine + " does not count the work of each ray: there is no AOV " + name);
   }
+  if (a.on_chip && common.two_levels == TwoLevels::kOn)
+    throw UsageError("--on-chip traces one level only: --two-level off");
   if (a.on_chip && a.animation) throw UsageError("--on-chip makes a single picture: no --animation");
   if (a.on_chip) return run_on_chip(a, common);
   if (a.animation) return run_animation(a, common);
   OutputFiles files;
-  files.reads(a.scene);
+  files.reads(gltf_files(a.scene));
   OutputFile& picture = files.add(output);
   std::vector<OutputFile*> aovs;
   for (const std::filesystem::path& path : aov_paths(a, output)) aovs.push_back(&files.add(path));
@@ -178,6 +183,7 @@ void run_render(RenderArguments& a, const Common& common) {
     print_work("occlusion", result.occlusion);
   }
   if (kind.summary) std::printf("  %s\n", kind.summary(*engine).c_str());
+  print_levels(loaded);
   std::printf("  built in %.2f s, traced in %.2f s (%s rays/s), shaded in %.2f s\n", loaded.build_s, result.trace_s,
               with_unit(rays_s).c_str(), result.shade_s + result.quantise_s);
   for (const auto& file : files.files()) std::printf("  wrote %s\n", file->path().c_str());
@@ -216,7 +222,7 @@ void add_render(CLI::App& app, Program& program) {
   command
       ->add_option("--ao-distance", a->options.ao_distance,
                    "Reach of ambient occlusion in scene units; default: a sixth of the scene")
-      ->check(CLI::PositiveNumber)
+      ->check(PositiveReal())
       ->type_name("LENGTH");
   command->add_option("--light-samples", a->options.light_samples, "Shadow rays to emissive surfaces a sample")
       ->capture_default_str()
@@ -239,8 +245,7 @@ void add_render(CLI::App& app, Program& program) {
           ->add_option("--way-up", a->way_up, "How a walk goes up the tree: stack (golden only), parent or face links")
           ->capture_default_str()
           ->check(CLI::IsMember({"stack", "parent", "face"}));
-  const CLI::Option* const mailbox =
-      command->add_flag("--mailbox{8}", a->options.trace.mailbox, "Remember the last triangles tested (8 unless =N)");
+  const CLI::Option* const mailbox = add_mailbox(*command, a->options.trace.mailbox);
   command->add_option("--seed", a->options.seed, "Of the sample points")->capture_default_str();
   command->add_option("--stats", a->stats, "Counters and times as JSON")->type_name("FILE");
   CLI::Option* animation = command->add_flag("--animation", a->animation,
@@ -251,24 +256,26 @@ void add_render(CLI::App& app, Program& program) {
   const auto moving = [&](CLI::Option* option) { option->needs(animation)->group(group); };
   moving(command->add_option("--fps", a->fps, "Frames a second")
              ->capture_default_str()
-             ->check(CLI::Range(0.001, 1000.0))
+             ->check(RealRange(0.001, 1000.0))
              ->type_name("N"));
   moving(command->add_option("--frames", a->frames, "Number of frames; default: to the end of the animation")
              ->check(CLI::Range(1, 100000))
              ->type_name("N"));
   moving(command->add_option("--start", a->start, "Time of the first frame")
              ->capture_default_str()
-             ->check(CLI::Range(0.0, 1e6))
+             ->check(RealRange(0.0, 1e6))
              ->type_name("SECONDS"));
   moving(command->add_option("--clip", a->clip, "Number of the animation in the file")
              ->capture_default_str()
              ->type_name("N"));
-  moving(command
-             ->add_option("--structure", a->structure,
-                          "two-level: a tree an object, only the top level follows motion; one-tree: rebuilt over all "
-                          "triangles every frame, which any engine can walk")
-             ->capture_default_str()
-             ->check(CLI::IsMember({"two-level", "one-tree"})));
+  moving(
+      command
+          ->add_option(
+              "--structure", a->structure,
+              "two-level: a tree an object, only instance records and the top level follow motion; one-tree: rebuilt "
+              "over all triangles every frame, which any engine can walk")
+          ->capture_default_str()
+          ->check(CLI::IsMember({"two-level", "one-tree"})));
   moving(command
              ->add_option("--full-rebuild", a->full_rebuild,
                           "When to build the frame from nothing beside the two-level structure: to time it at the "
@@ -279,6 +286,7 @@ void add_render(CLI::App& app, Program& program) {
   moving(video->type_name("FILE"));
   moving(command->add_flag("--no-video", a->no_video, "Only the sequence")->excludes(video));
   add_engine_options(*command);
+  add_two_level(*command, program);
   add_common(*command, program);
   std::string footer = "Engines:\n" + engine_help() +
                        "AOVs (each written as FILE.NAME.exr with the data and FILE.NAME.png to look at):\n";
@@ -292,7 +300,9 @@ void add_render(CLI::App& app, Program& program) {
       "  retrace render room.glb -o room.png --engine csim --aov depth,steps,tests\n"
       "  retrace render room.glb -o room.exr --camera 0 --stats room.json\n"
       "  retrace make-scene creatures -o creatures.glb\n"
-      "  retrace render creatures.glb -o creatures.png --animation --fps 25\n";
+      "  retrace render carousel --two-level auto --engine csim -o carousel.png\n"
+      "  retrace render creatures.glb -o creatures.png --animation --fps 25\n"
+      "  retrace render carousel.glb -o carousel.png --animation --frames 4 --engine csim --full-rebuild every\n";
   command->footer(footer);
   command->callback([a, way_up, mailbox, spp, &program] {
     a->chose_spp = spp->count() > 0;

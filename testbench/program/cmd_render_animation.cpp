@@ -1,9 +1,12 @@
 // retrace render --animation: a numbered sequence of an animated glTF file, each frame through the two-level structure
 // (only the top level follows motion) or through one tree rebuilt over all triangles, what either cost, and a video.
 //
-// Every frame is flattened and snapped, because rays are quantised to its grid and shading looks triangles up there.
-// That is the cost of the picture; what a structure costs is reported apart: transforms, objects that deform and the
-// top level for one, flattening, snapping and the tree for the other.
+// Engines other than golden take a memory image of two levels, into which each frame writes its instance records and its
+// top level, and nothing else unless an object deforms.
+//
+// With golden's own structure and with one tree every frame is flattened and snapped, because rays are quantised to its
+// grid and shading looks triangles up there. That is the cost of the picture; what a structure costs is reported apart:
+// transforms, objects that deform and the top level for one, flattening, snapping and the tree for the other.
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,7 +20,9 @@
 #include "golden/accel/two_level.hpp"
 #include "golden/engine/registry.hpp"
 #include "golden/gltf/gltf_loader.hpp"
+#include "golden/tree/instanced_scene.hpp"
 #include "golden/tree/kd_builder.hpp"
+#include "golden/tree/two_level_scene.hpp"
 #include "testbench/program/child.hpp"
 #include "testbench/program/cmd_render.hpp"
 #include "testbench/program/progress.hpp"
@@ -110,6 +115,7 @@ std::vector<std::string> video_command(const FrameNames& names, int frames, doub
 struct FrameCost {
   double time = 0.0, pose_s = 0.0, flatten_s = 0.0, snap_s = 0.0;
   accel::TwoLevelUpdate update;   ///< of the two-level structure
+  std::size_t bytes = 0;          ///< written into the memory image of two levels
   std::optional<double> build_s;  ///< one tree over everything, where it was built
   double render_s = 0.0;
   std::optional<std::uint64_t> different;  ///< pixels, where both were rendered
@@ -126,6 +132,35 @@ std::uint64_t different_pixels(const RenderResult& a, const RenderResult& b) {
   return count;
 }
 
+/// A memory image of two levels that follows an animation.
+class FollowingImage {
+ public:
+  explicit FollowingImage(const AnimatedScene& scene)
+      : scene_(scene), instances_(scene.scene()), image_(instances_.grid(), true) {}
+
+  /// The scene as it stands now.
+  void update(FrameCost& cost) {
+    const double start = now();
+    const std::vector<std::uint32_t> changed = instances_.update(scene_.scene(), [&](std::uint32_t node) {
+      return scene_.motion(node) == Motion::kUnstructured && scene_.deforms(node);
+    });
+    cost.update.transforms_s = now() - start;
+    const TwoLevelFrame frame = image_.update(instances_.grid(), changed);
+    cost.update.objects_s = frame.objects_s;
+    cost.update.objects_rebuilt = static_cast<std::uint32_t>(frame.objects);
+    cost.update.top_s = frame.top_s + frame.write_s;
+    cost.bytes = frame.bytes;
+  }
+  const GridScene& grid() const { return instances_.grid(); }
+  const MemoryImage& image() const { return image_.image(); }
+  double build_s() const { return image_.first().objects_s; }
+
+ private:
+  const AnimatedScene& scene_;
+  InstancedScene instances_;
+  TwoLevelImage image_;
+};
+
 nlohmann::ordered_json to_json(const FrameCost& f, bool two_level) {
   nlohmann::ordered_json json = {
       {"time", f.time}, {"pose_s", f.pose_s}, {"update", nullptr}, {"full_rebuild", nullptr}};
@@ -135,6 +170,7 @@ nlohmann::ordered_json to_json(const FrameCost& f, bool two_level) {
                       {"top_level_s", f.update.top_s},
                       {"objects_rebuilt", f.update.objects_rebuilt},
                       {"total_s", f.update.total_s()}};
+  if (f.bytes > 0) json["update"]["bytes"] = f.bytes;
   if (f.build_s)
     json["full_rebuild"] = {
         {"flatten_s", f.flatten_s}, {"snap_s", f.snap_s}, {"build_s", *f.build_s}, {"total_s", f.rebuild_s()}};
@@ -161,11 +197,10 @@ bool has_camera(const Scene& scene) {
 
 void run_animation(RenderArguments& a, const Common& common) {
   const bool two_level = a.structure == "two-level", golden = find_engine(a.engine).two_level;
-  if (two_level && !golden)
-    throw UsageError("engine " + a.engine + " walks one tree: --structure one-tree, or --engine golden");
-  if (two_level && a.chose_walk)
-    throw UsageError(
-        "the two-level structure is walked with a stack: --way-up and --mailbox need --structure one-tree");
+  // Golden has two levels of its own, in doubles (golden/accel); told how to walk, it takes the memory image that the others take.
+  const bool follow = two_level && (!golden || a.chose_walk);
+  if (follow && !find_engine(a.engine).instances)
+    throw UsageError("engine " + a.engine + " walks one tree: --structure one-tree, or another engine");
   std::error_code ignored;
   if (!fs::is_regular_file(a.scene, ignored))
     throw Error(a.scene + (fs::exists(a.scene, ignored) ? ": is not a file" : ": there is no such file") +
@@ -202,7 +237,7 @@ void run_animation(RenderArguments& a, const Common& common) {
   const int frames = static_cast<int>(needed);
   const FrameNames names(output, frames);
   OutputFiles files;
-  files.reads(a.scene);
+  files.reads(gltf_files(a.scene));
   OutputFile* const stats = a.stats.empty() ? nullptr : &files.add(a.stats);
   // A video of what a screen shows: encoded colours only.
   const fs::path video = a.video.empty() ? names.video() : fs::path(a.video);
@@ -223,6 +258,7 @@ void run_animation(RenderArguments& a, const Common& common) {
   if (make_video) encoder.emplace(ffmpeg, video, options.width, options.height, a.fps);
 
   std::optional<accel::TwoLevel> two;
+  std::optional<FollowingImage> following;
   const auto guarded = [&](auto&& work) {
     try {
       return work();
@@ -231,22 +267,35 @@ void run_animation(RenderArguments& a, const Common& common) {
     }
   };
   place(a.start);
-  guarded([&] { two.emplace(scene); });
-  const double objects_s = two->build_s();
+  guarded([&] {
+    if (follow) {
+      following.emplace(scene);
+    } else {
+      two.emplace(scene);
+    }
+  });
+  const double objects_s = follow ? following->build_s() : two->build_s();
+  const std::size_t instances = follow ? following->grid().instances.size() : two->instances();
+  const std::size_t objects = follow ? following->grid().objects.size() : two->objects();
+  const std::size_t held = follow ? following->image().header().triangle_count : two->size();
+  const std::uint64_t instanced = follow ? placed_triangles(following->grid()) : two->instanced_triangles();
   std::optional<ViewCamera> fixed;
   if (!has_camera(scene.scene())) fixed = default_view(scene.scene(), flatten(scene.scene()), a.camera);
 
   std::printf("%s: %d frames at %g a second, %dx%d, engine %s, structure %s\n", name.c_str(), frames, a.fps,
               options.width, options.height, a.engine.c_str(), a.structure.c_str());
   std::printf("  %s instances of %s objects, %s triangles held, %s instanced; objects built once in %.2f s\n",
-              with_commas(two->instances()).c_str(), with_commas(two->objects()).c_str(),
-              with_commas(two->size()).c_str(), with_commas(two->instanced_triangles()).c_str(), objects_s);
-  std::printf("  frame     at s   pose ms  transforms  objects (rebuilt)  top level   full rebuild ms  picture ms\n");
+              with_commas(instances).c_str(), with_commas(objects).c_str(), with_commas(held).c_str(),
+              with_commas(instanced).c_str(), objects_s);
+  if (follow) std::printf("  image of two levels: %s bytes\n", with_commas(following->image().bytes()).c_str());
+  std::printf("  frame     at s   pose ms  transforms  objects (rebuilt)  top level   full rebuild ms  picture ms%s\n",
+              follow ? "  bytes written" : "");
 
   Progress progress("render " + name + " (" + a.structure + ")", common.quiet);
   std::vector<FrameCost> costs;
   std::optional<double> exposure;
-  std::uint64_t different = 0;
+  std::uint64_t different = 0, flat_bytes = 0;
+  std::optional<WorldTriangles> sources;  // of a followed image: they do not move
   std::uint32_t degenerate = 0;
   std::uint64_t cut_rays = 0;
   for (int i = 0; i < frames; ++i) {
@@ -260,39 +309,58 @@ void run_animation(RenderArguments& a, const Common& common) {
     };
     const Scene& pose = place(cost.time);
     cost.pose_s = step();
-    cost.update = guarded([&] { return two->update(); });
-    step();
-    const WorldTriangles world = flatten(pose);
-    cost.flatten_s = step();
-    const GridScene grid = snap(world);
-    cost.snap_s = step();
-    degenerate = std::max(degenerate, grid.degenerate);
-    const Surfaces surfaces(pose, world, grid);
-    const ViewCamera camera = fixed ? *fixed : default_view(pose, world, a.camera);
-
+    guarded([&] {
+      if (follow) {
+        following->update(cost);
+      } else {
+        cost.update = two->update();
+      }
+    });
     // Golden walks one tree as it walks the two-level structure, so that pictures can be equal; or as it was told to.
-    const bool by_image = !golden || (!two_level && a.chose_walk);
+    const bool by_image = !golden || a.chose_walk;
     const bool beside = two_level && (a.full_rebuild == "every" || (a.full_rebuild == "first" && i == 0));
+    step();
+    std::optional<WorldTriangles> world;
+    std::optional<GridScene> flat_grid;
+    if (!follow || beside || !sources) {
+      world = flatten(pose);
+      cost.flatten_s = step();
+    }
+    if (!follow || beside) {
+      flat_grid = snap(*world);
+      cost.snap_s = step();
+      degenerate = std::max(degenerate, flat_grid->degenerate);
+    }
     std::optional<accel::FlatFrame> flat;
     std::optional<MemoryImage> image;
     if (!by_image && (beside || !two_level)) {
-      flat.emplace(grid, *two);
+      flat.emplace(*flat_grid, *two);
       cost.build_s = flat->build_s;
-    } else if (by_image) {
+    } else if (by_image && (beside || !two_level)) {
       step();
-      image = build_kd(grid);
+      image = build_kd(*flat_grid);
       cost.build_s = step();
+      flat_bytes = std::max<std::uint64_t>(flat_bytes, image->bytes());
     }
-    const std::unique_ptr<Engine> engine = two_level  ? accel::make_two_level_engine(*two, grid)
-                                           : by_image ? make_engine(a.engine, grid, *image)
-                                                      : accel::make_flat_engine(*flat, grid);
+    if (follow && !sources) sources = std::move(world);
+    const GridScene& grid = follow ? following->grid() : *flat_grid;
+    const WorldTriangles& shown_world = follow ? *sources : *world;
+    const Surfaces surfaces(pose, shown_world, grid);
+    const ViewCamera camera = fixed ? *fixed : default_view(pose, shown_world, a.camera);
+    const std::unique_ptr<Engine> engine = follow      ? make_engine(a.engine, grid, following->image())
+                                           : two_level ? accel::make_two_level_engine(*two, grid)
+                                           : by_image  ? make_engine(a.engine, grid, *image)
+                                                       : accel::make_flat_engine(*flat, grid);
     options.progress = [&](double fraction) { progress.update((i + fraction) / frames); };
     const RenderResult result = render(surfaces, camera, grid.box, *engine, options);
     cost.render_s = result.total_s;
     cut_rays = std::max(cut_rays, result.cut_rays);
     cost.camera = result.camera;
     if (beside && a.full_rebuild == "every") {
-      const auto again = accel::make_flat_engine(*flat, grid);
+      // What was followed against what is made from nothing: of two levels too, or one tree over the same triangles.
+      const GridScene fresh_grid = follow ? InstancedScene(pose).release() : GridScene{};
+      const MemoryImage fresh = follow ? build_image(fresh_grid) : MemoryImage{};
+      const auto again = follow ? make_engine(a.engine, fresh_grid, fresh) : accel::make_flat_engine(*flat, grid);
       options.progress = {};
       cost.different = different_pixels(result, render(surfaces, camera, grid.box, *again, options));
       different += *cost.different;
@@ -311,9 +379,11 @@ void run_animation(RenderArguments& a, const Common& common) {
     if (encoder) encoder->add(shown);
     char rebuild[32] = "-";
     if (cost.build_s) std::snprintf(rebuild, sizeof rebuild, "%.1f", cost.rebuild_s() * 1e3);
-    std::printf("  %5d %8.3f %9.2f %11.3f %8.2f %10u %10.3f %17s %11.0f%s\n", i, cost.time, cost.pose_s * 1e3,
+    char written[32] = "";
+    if (follow) std::snprintf(written, sizeof written, "  %13s", with_commas(cost.bytes).c_str());
+    std::printf("  %5d %8.3f %9.2f %11.3f %8.2f %10u %10.3f %17s %11.0f%s%s\n", i, cost.time, cost.pose_s * 1e3,
                 cost.update.transforms_s * 1e3, cost.update.objects_s * 1e3, cost.update.objects_rebuilt,
-                cost.update.top_s * 1e3, rebuild, cost.render_s * 1e3,
+                cost.update.top_s * 1e3, rebuild, cost.render_s * 1e3, written,
                 !cost.different       ? ""
                 : *cost.different > 0 ? (", " + with_commas(*cost.different) + " pixels differ").c_str()
                                       : ", equal to the full rebuild's");
@@ -322,10 +392,11 @@ void run_animation(RenderArguments& a, const Common& common) {
   progress.finish();
   note_cut_rays(cut_rays, common);
 
-  double update_s = 0.0, rebuild_s = 0.0;
+  double update_s = 0.0, rebuild_s = 0.0, bytes = 0.0;
   int rebuilt = 0;
   for (const FrameCost& cost : costs) {
     update_s += cost.update.total_s() / frames;
+    bytes += static_cast<double>(cost.bytes) / frames;
     if (cost.build_s) rebuild_s += cost.rebuild_s(), ++rebuilt;
   }
   if (rebuilt > 0) rebuild_s /= rebuilt;
@@ -335,6 +406,14 @@ void run_animation(RenderArguments& a, const Common& common) {
       std::printf(", a full rebuild (flatten, snap, one kd-tree) %.1f ms: %s times as much", rebuild_s * 1e3,
                   ratio(rebuild_s / std::max(update_s, 1e-9)).c_str());
     std::printf("\n");
+    if (follow) {
+      std::printf("  bytes written a frame: %s on average of an image of %s",
+                  with_commas(static_cast<std::uint64_t>(bytes)).c_str(),
+                  with_commas(following->image().bytes()).c_str());
+      if (flat_bytes > 0)
+        std::printf("; one tree over all triangles: %s, all of them every frame", with_commas(flat_bytes).c_str());
+      std::printf("\n");
+    }
   } else {
     std::printf("  a full rebuild (flatten, snap, one kd-tree) took %.1f ms a frame on average\n", rebuild_s * 1e3);
   }
@@ -372,11 +451,14 @@ void run_animation(RenderArguments& a, const Common& common) {
         {"fps", a.fps},
         {"duration", scene.duration()},
         {"exposure", *exposure},
-        {"instances", two->instances()},
-        {"objects", two->objects()},
-        {"triangles", two->size()},
-        {"instanced_triangles", two->instanced_triangles()},
+        {"instances", instances},
+        {"objects", objects},
+        {"triangles", held},
+        {"instanced_triangles", instanced},
         {"build_s", objects_s},
+        {"image_bytes", follow ? nlohmann::ordered_json(following->image().bytes()) : nlohmann::ordered_json(nullptr)},
+        {"flat_image_bytes", flat_bytes > 0 ? nlohmann::ordered_json(flat_bytes) : nlohmann::ordered_json(nullptr)},
+        {"bytes_a_frame", follow ? nlohmann::ordered_json(bytes) : nlohmann::ordered_json(nullptr)},
         {"update_s", two_level ? nlohmann::ordered_json(update_s) : nlohmann::ordered_json(nullptr)},
         {"full_rebuild_s", rebuilt > 0 ? nlohmann::ordered_json(rebuild_s) : nlohmann::ordered_json(nullptr)},
         {"total_s", now() - load_start},

@@ -6,6 +6,7 @@
 
 #include "golden/base/output_file.hpp"
 #include "golden/engine/registry.hpp"
+#include "golden/gltf/gltf_loader.hpp"
 #include "golden/render/renderer.hpp"
 #include "golden/render/surface.hpp"
 #include "testbench/program/commands.hpp"
@@ -26,8 +27,9 @@ void run_trace(const TraceArguments& a, const Common& common) {
   options.way_up = parse_way_up(a.way_up);
   options.threads = common.threads;
   check_options(a.engine, options);
+  if (common.two_levels == TwoLevels::kOn) check_instances(a.engine);
   OutputFiles files;
-  files.reads(a.scene);
+  files.reads(gltf_files(a.scene));
   files.reads(a.input);
   OutputFile& output = files.add(a.output);
   OutputFile* const stats_file = a.stats.empty() ? nullptr : &files.add(a.stats);
@@ -132,9 +134,10 @@ void add_trace(CLI::App& app, Program& program) {
   command->add_option("--way-up", a->way_up, "How a walk goes up the tree: stack (golden only), parent or face links")
       ->capture_default_str()
       ->check(CLI::IsMember({"stack", "parent", "face"}));
-  command->add_flag("--mailbox{8}", a->trace.mailbox, "Remember the last triangles tested (8 unless =N)");
+  add_mailbox(*command, a->trace.mailbox);
   command->add_option("--stats", a->stats, "Counters and times as JSON")->type_name("FILE");
   add_engine_options(*command);
+  add_two_level(*command, program);
   add_common(*command, program);
   command->footer(
       "Rays: float64 array of shape (N, 8): origin x y z, t_min, direction x y z, t_max, in the scene's own units. The "

@@ -7,7 +7,8 @@
 
 namespace CLI {
 class App;
-}
+class Option;
+}  // namespace CLI
 
 namespace retrace::cli {
 
@@ -28,7 +29,11 @@ void add_bench(CLI::App& app, Program& program);
 /// The whole program: parses, runs, prints errors. Returns the exit code: 0, 1 for an error or a violation, 2 for wrong usage.
 int run(int argc, const char* const* argv);
 
+/// --mailbox[=N].
+CLI::Option* add_mailbox(CLI::App& command, int& entries);
 /// --threads and --quiet.
 void add_common(CLI::App& command, Program& program);
+/// --two-level.
+void add_two_level(CLI::App& command, Program& program);
 
 }  // namespace retrace::cli

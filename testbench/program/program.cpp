@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <exception>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <new>
 #include <thread>
@@ -35,11 +36,30 @@ int check_printed(int exit_code) {
 
 }  // namespace
 
+CLI::Option* add_mailbox(CLI::App& command, int& entries) {
+  // A flag by itself would take the 8 of "8.5".
+  return command.add_flag("--mailbox{8}", entries, "Remember the last triangles tested (8 unless =N)")
+      ->check(CLI::Range(0, kMaxMailbox));
+}
+
 void add_common(CLI::App& command, Program& program) {
   command.add_option("--threads", program.common.threads, "Threads; default: all cores")
       ->check(CLI::Range(1, 4096))
       ->type_name("N");
   command.add_flag("-q,--quiet", program.common.quiet, "No progress and no notes");
+}
+
+void add_two_level(CLI::App& command, Program& program) {
+  static const std::map<std::string, TwoLevels> kChoices = {
+      {"off", TwoLevels::kOff}, {"auto", TwoLevels::kAuto}, {"on", TwoLevels::kOn}};
+  command
+      .add_option("--two-level", program.common.two_levels,
+                  "Whether instances of a mesh stay instances, with one tree a mesh and one over the instances: off, "
+                  "on, or auto, where they "
+                  "show at least twice the triangles that the meshes hold")
+      ->transform(CLI::Transformer(kChoices))
+      ->check(CLI::IsMember(std::vector<TwoLevels>{TwoLevels::kOff, TwoLevels::kAuto, TwoLevels::kOn}))
+      ->option_text("off|auto|on");
 }
 
 int run(int argc, const char* const* argv) {

@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include "golden/engine/registry.hpp"
+#include "golden/gltf/gltf_loader.hpp"
 #include "golden/render/chip_frame.hpp"
 #include "testbench/program/cmd_render.hpp"
 
@@ -19,7 +20,7 @@ void run_on_chip(const RenderArguments& a, const Common& common) {
   if (options.samples != 1 && options.samples != 2 && options.samples != 4)
     throw UsageError("--on-chip takes --spp 1, 2 or 4");
   OutputFiles files;
-  files.reads(a.scene);
+  files.reads(gltf_files(a.scene));
   OutputFile& picture = files.add(a.output);
   OutputFile* const stats_file = a.stats.empty() ? nullptr : &files.add(a.stats);
 

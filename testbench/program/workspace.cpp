@@ -10,20 +10,11 @@
 #include <fstream>
 
 #include "golden/gltf/gltf_loader.hpp"
-#include "scenes/generators.hpp"
 #include "scenes/open_scene.hpp"
 #include "testbench/program/progress.hpp"
 
 namespace retrace::cli {
-namespace {
-
-bool is_generator(const std::string& scene) {
-  const std::string name = scene.substr(0, scene.find(':'));
-  const auto generators = scene_generators();
-  return std::any_of(generators.begin(), generators.end(), [&](const SceneGenerator& g) { return g.name == name; });
-}
-
-}  // namespace
+namespace {}  // namespace
 
 bool is_memory_image(const std::filesystem::path& path) {
   std::error_code ignored;
@@ -42,7 +33,7 @@ LoadedScene load_scene(const std::string& scene, const Common& common, bool text
   const double load_start = now();
   std::error_code ignored;
   const bool is_file = std::filesystem::exists(scene, ignored);
-  if (!is_file && is_generator(scene)) {
+  if (!is_file && is_generated_scene(scene)) {
     loaded.name = scene;
     read = open_scene(scene);
     read.name = scene;
@@ -61,7 +52,7 @@ LoadedScene load_scene(const std::string& scene, const Common& common, bool text
     read = load_gltf(path, options, &notes);
     for (const std::string& text : notes) note(common, text);
   }
-  static_cast<TracedScene&>(loaded) = snap_scene(std::move(read));
+  static_cast<TracedScene&>(loaded) = snap_scene(std::move(read), side == 1.0 ? common.two_levels : TwoLevels::kOff);
   if (side != 1.0) loaded.grid = snap(loaded.world, side);
   loaded.load_s = now() - load_start;
   if (loaded.grid.degenerate > 0) {
@@ -73,18 +64,30 @@ LoadedScene load_scene(const std::string& scene, const Common& common, bool text
   BuildOptions options;
   options.progress = [&](double fraction) { progress.update(fraction); };
   const double build_start = now();
-  loaded.image = build_kd(loaded.grid, options);
+  loaded.image = build_image(loaded.grid, options);
   loaded.build_s = now() - build_start;
   return loaded;
 }
 
 nlohmann::ordered_json scene_json(const LoadedScene& scene) {
-  return {{"file", scene.scene.name},
-          {"triangles", scene.world.vertices.size()},
-          {"degenerate", scene.grid.degenerate},
-          {"image_bytes", scene.image.bytes()},
-          {"load_s", scene.load_s},
-          {"build_s", scene.build_s}};
+  nlohmann::ordered_json json = {{"file", scene.scene.name},
+                                 {"triangles", scene.world.vertices.size()},
+                                 {"degenerate", scene.grid.degenerate},
+                                 {"image_bytes", scene.image.bytes()},
+                                 {"load_s", scene.load_s},
+                                 {"build_s", scene.build_s}};
+  if (scene.grid.two_levels) {
+    json["instances"] = scene.grid.instances.size();
+    json["objects"] = scene.grid.objects.size();
+  }
+  return json;
+}
+
+void print_levels(const LoadedScene& scene) {
+  if (!scene.grid.two_levels) return;
+  std::printf("  two levels: %s instances of %s objects, %s triangles held, image %s bytes\n",
+              with_commas(scene.grid.instances.size()).c_str(), with_commas(scene.grid.objects.size()).c_str(),
+              with_commas(scene.image.header().triangle_count).c_str(), with_commas(scene.image.bytes()).c_str());
 }
 
 Size parse_size(const std::string& text) {

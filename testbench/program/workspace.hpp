@@ -20,6 +20,7 @@ using retrace::UsageError;
 struct Common {
   int threads = 0;     ///< 0: all cores
   bool quiet = false;  ///< no progress, no notes
+  TwoLevels two_levels = TwoLevels::kOff;
 };
 
 struct LoadedScene : TracedScene {
@@ -34,13 +35,16 @@ inline constexpr const char* kSceneHelp =
 /// Whether the file starts with the magic number of a memory image. Throws Error if it cannot be read.
 bool is_memory_image(const std::filesystem::path& path);
 
-/// Loads, flattens and snaps a scene and builds its image. A scene is a glTF file or, where there is no such file, the name of a generator
+/// Loads, flattens (or keeps the instances of) and snaps a scene and builds its image. A scene is a glTF file or, where there is no such file, the name of a generator
 /// with parameters (scenes/open_scene.hpp). Throws Error; a packed image is an Error that says what can be done with it.
 /// `side`: of the cube of the grid that is used, see snap().
 LoadedScene load_scene(const std::string& scene, const Common& common, bool textures = true, double side = 1.0);
 
-/// {"file", "triangles", "degenerate", "image_bytes", "load_s", "build_s"}.
+/// {"file", "triangles", "degenerate", "image_bytes", "load_s", "build_s"}, and "instances", "objects" of two levels.
 nlohmann::ordered_json scene_json(const LoadedScene& scene);
+
+/// One line about instances and objects, of a scene of two levels.
+void print_levels(const LoadedScene& scene);
 
 struct Size {
   int width = 640, height = 480;

@@ -9,6 +9,7 @@
 #include "golden/accel/catalogue.hpp"
 #include "golden/accel/probe.hpp"
 #include "test_scenes.hpp"
+#include "testbench/kit/closed_meshes.hpp"
 #include "testbench/kit/test_rays.hpp"
 
 namespace retrace::accel {
@@ -70,6 +71,28 @@ TEST(Structures, EqualBruteForce) {
         EXPECT_GT(hits, rays.size() / 3) << technique.key;
       }
     }
+  }
+}
+
+/// No ray from inside a closed mesh gets out, however thin its triangles and however flat they lie to the ray: the test gives up on a triangle only
+/// where the ray lies in its plane.
+TEST(TriangleTest, ClosedMeshesHaveNoHoles) {
+  const std::uint64_t seed = test_seed();
+  SCOPED_TRACE("RETRACE_SEED=" + std::to_string(seed));
+  Random random(seed);
+  for (const char* kind : {"box", "sphere", "random", "sliver"}) {
+    std::size_t lost = 0;
+    for (int mesh = 0; mesh < 20; ++mesh) {
+      const GridScene scene = make_closed_mesh(kind, 6, random);
+      const TriangleSet set = from_grid(scene);
+      for (const GridRay& grid : make_exact_edge_rays(scene, inside_closed_mesh(scene, random), 1000, random)) {
+        const Ray ray = from_grid(grid);
+        Hit best = no_hit(ray);
+        for (const Triangle& triangle : set.triangles) intersect(ray, triangle, best);
+        lost += !best.hit();
+      }
+    }
+    EXPECT_EQ(lost, 0u) << kind;
   }
 }
 

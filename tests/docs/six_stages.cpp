@@ -22,6 +22,7 @@
 #include "golden/tree/traced_scene.hpp"
 #include "scenes/open_scene.hpp"
 #include "testbench/csim/csim_engine.hpp"
+#include "testbench/kit/command_line.hpp"
 #include "testbench/kit/stage_inputs.hpp"
 
 namespace retrace {
@@ -175,18 +176,16 @@ int show(const std::string& name, int width, int height, int x, int y) {
 }  // namespace retrace
 
 int main(int argc, char** argv) {
-  int width = 0, height = 0, x = 0, y = 0;
-  char rest = 0;
-  if (argc != 4 || std::sscanf(argv[2], "%dx%d%c", &width, &height, &rest) != 2 ||
-      std::sscanf(argv[3], "%d,%d%c", &x, &y, &rest) != 2 || width < 1 || height < 1 || x < 0 || y < 0 || x >= width ||
-      y >= height) {
-    std::fprintf(stderr, "usage: six_stages SCENE WIDTHxHEIGHT X,Y\n");
-    return 2;
-  }
-  try {
-    return retrace::show(argv[1], width, height, x, y);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "six_stages: error: %s\n", error.what());
-    return 1;
-  }
+  using namespace retrace;
+  std::string scene;
+  ImageSize size;
+  std::pair<int, int> pixel;
+  CLI::App app("The values of one ray in each of the six stages, as JSON.", "six_stages");
+  app.add_option("scene", scene, "A generated scene")->required();
+  add_size(app, "size", size, 4096, "Of the picture")->required();
+  add_pair(app, "pixel", pixel, ',', "Whose ray")->required();
+  return run_program(app, argc, argv, [&] {
+    if (pixel.first >= size.width || pixel.second >= size.height) throw Error("there is no such pixel");
+    return show(scene, size.width, size.height, pixel.first, pixel.second);
+  });
 }

@@ -370,6 +370,10 @@ const Case kCases[] = {
 
 /// Faults in what the scene does not show, or that leave something to show: the file loads with one note.
 const Case kNoted[] = {
+    {"extension that the file does not declare",
+     [](GltfBuilder& b) { b.root["materials"][0]["extensions"]["KHR_materials_transmission"] = json::object(); },
+     {"extension 'KHR_materials_transmission' is not supported and left out"}},
+    {"minVersion", [](GltfBuilder& b) { b.root["asset"]["minVersion"] = "2.9"; }, {"asset: 'minVersion' is \"2.9\""}},
     {"extension is a string",
      [](GltfBuilder& b) { b.root["nodes"][0]["extensions"]["X"] = "y"; },
      {"node 0: extension 'X' must be an object"}},

@@ -117,8 +117,20 @@ TEST_F(Program, WrongUsageIsOneLineAndTwo) {
       {"render", "box", "-o", "a.png", "--engine", "golden:7"},
       {"render", "box", "-o", "a.png", "--aov", "depth,nonsense"},
       {"render", "box", "-o", "a.png", "--exposure", "bright"},
+      {"render", "box", "-o", "a.png", "--exposure", "nan"},
+      {"render", "box", "-o", "a.png", "--ao", "1", "--ao-distance", "nan"},
+      {"render", "box", "-o", "a.png", "--ao", "1", "--ao-distance", "inf"},
+      {"render", "box", "-o", "a.png", "--ao", "1", "--ao-distance", "0"},
+      {"render", "box", "-o", "a.png", "--animation", "--fps", "nan"},
+      {"render", "box", "-o", "a.png", "--animation", "--fps", "1001"},
+      {"render", "box", "-o", "a.png", "--animation", "--start", "nan"},
+      {"render", "box", "-o", "a.png", "--animation", "--start", "-1"},
       {"render", "box", "-o", "a.png", "--way-up", "sideways"},
       {"render", "box", "-o", "a.png", "--way-up", "stack", "--engine", "csim"},
+      {"render", "box", "-o", "a.png", "--mailbox=-1"},
+      {"render", "box", "-o", "a.png", "--mailbox=65"},
+      {"render", "box", "-o", "a.png", "--mailbox=8.5"},
+      {"trace", "box", "-i", "rays.npy", "-o", "a", "--mailbox=many"},
       {"render", "box", "-o", "a.png", "--nonsense"},
       {"render", "box", "-o", "a.png", "--engine", "rtl", "--config", "huge"},
       {"render", "box", "-o", "a.png", "--engine", "rtl:huge"},
@@ -506,6 +518,46 @@ TEST_F(Program, InterruptionLeavesNothing) {
   EXPECT_EQ(outcome.exit_code, 128 + SIGINT);
   EXPECT_EQ(files(), std::vector<std::string>{"a.png"});
   EXPECT_EQ(text_of(work("a.png")), "old");
+}
+
+/// What a scene is made of is an input too, whatever the name it goes by: its texture and buffer are never replaced by a picture.
+TEST_F(Program, FilesThatASceneNamesAreNotWritten) {
+  fs::create_directories(work("maps"));
+  const std::string gltf =
+      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)"
+      R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],)"
+      R"("materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}],"textures":[{"source":0}],)"
+      R"("images":[{"uri":"maps/wood%20grain.png"},{"uri":"unused.png"}],)"
+      R"("buffers":[{"byteLength":36,"uri":"points.exr"}],"bufferViews":[{"buffer":0,"byteLength":36}],)"
+      R"("accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}]})";
+  const float points[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  const auto put = [&](const std::string& name, std::string_view bytes) {
+    std::ofstream(work(name), std::ios::binary) << bytes;
+  };
+  put("scene.gltf", gltf);
+  put("points.exr", {reinterpret_cast<const char*>(points), sizeof points});
+  ASSERT_EQ(run({"render", "box", "-o", "maps/wood grain.png", "--size", "4x4", "--quiet"}).exit_code, 0);
+  put("unused.png", "not looked at");
+  fs::create_symlink("maps/wood grain.png", work("link.png"));
+  const std::string texture = text_of(work("maps/wood grain.png")), buffer = text_of(work("points.exr"));
+  for (const Arguments& arguments :
+       {Arguments{"render", "scene.gltf", "-o", "maps/wood grain.png"},
+        {"render", "scene.gltf", "-o", "link.png"},
+        {"render", "scene.gltf", "-o", "points.exr"},
+        {"render", "scene.gltf", "-o", "unused.png"},
+        {"render", "scene.gltf", "-o", "new.png", "--stats", "points.exr"},
+        {"pack", "scene.gltf", "-o", "points.exr"},
+        {"compare", "scene.gltf", "-o", "maps/../maps/wood grain.png", "--engines", "golden,csim"},
+        {"explain", "scene.gltf", "--pixel", "1,1", "--size", "4x4", "-o", "points.exr"}}) {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments[0] << " " << arguments.back() << ": " << outcome.err;
+    EXPECT_NE(outcome.err.find("it cannot be written as well"), std::string::npos) << outcome.err;
+  }
+  EXPECT_EQ(text_of(work("maps/wood grain.png")), texture);
+  EXPECT_EQ(text_of(work("points.exr")), buffer);
+  EXPECT_EQ(text_of(work("unused.png")), "not looked at");
+  EXPECT_FALSE(fs::exists(work("new.png")));
+  EXPECT_EQ(run({"render", "scene.gltf", "-o", "new.png", "--size", "8x8", "--quiet"}).exit_code, 0);
 }
 
 }  // namespace

@@ -114,7 +114,13 @@ def main():
             check(two == (folder / f"one-{i:03}.png").read_bytes(), f"frame {i} depends on the structure")
             pictures.add(two)
         check(len(pictures) == 8, f"only {len(pictures)} of 8 frames differ from each other")
-        # A fixed-point engine walks one tree, and is refused the other.
+        # A fixed-point engine walks either; of two levels, an image that is written over is one made from nothing.
+        run("render", "creatures.glb", "-o", "kernel.png", *small, "--fps", "1", "--engine", "csim", "--full-rebuild", "every", "--no-video",
+            "--stats", "kernel.json")
+        stats_kernel = json.loads((folder / "kernel.json").read_text())
+        for f in stats_kernel["frames"]:
+            check(f["different_pixels"] == 0 and f["update"]["objects_rebuilt"] == 2, f"frame of csim: {f}")
+            check(f["update"]["bytes"] * 2 > stats_kernel["image_bytes"], f"objects deform, so all is written: {f}")
         run("render", "creatures.glb", "-o", "csim.png", *small, "--frames", "1", "--engine", "csim", "--structure", "one-tree", "--no-video")
         check((folder / "csim-0000.png").exists(), "no frame of csim")
 
@@ -126,8 +132,12 @@ def main():
             work = stats_way["frames"][0]["camera"]
             check((stats_way["way_up"], stats_way["mailbox"]) == (way, mailbox), f"{stats_way['way_up']}, {stats_way['mailbox']}")
             check((work["up"] > 0) == (way == "parent") and (work["skipped"] > 0) == (mailbox > 0), f"{way}, {mailbox}: {work}")
-        for refused in (["--way-up", "face"], ["--mailbox"]):
-            run("render", "creatures.glb", "-o", "x.png", *small, "--frames", "1", *refused, code=2)
+        # Of two levels golden then walks the memory image.
+        images = set()
+        for i, walk in enumerate((["--way-up", "face"], ["--way-up", "stack"], ["--way-up", "parent", "--mailbox"])):
+            run("render", "creatures.glb", "-o", f"walk{i}.png", *small, "--frames", "1", "--no-video", *walk)
+            images.add((folder / f"walk{i}-0000.png").read_bytes())
+        check(len(images) == 1, "golden's walks over instances differ")
 
         check((folder / "two.mp4").exists() == bool(ffmpeg), "a video exactly where ffmpeg is installed")
         if ffmpeg:
@@ -154,7 +164,7 @@ def main():
                       f"{break_it.__name__}, {command[0]}: {result.stderr}")
             check(not list(folder.glob("bad-*.png")), f"{break_it.__name__}: frames were written")
             print(f"{break_it.__name__}: {result.stderr.strip()}")
-        for wrong in (["--fps", "0"], ["--structure", "three"], ["--engine", "csim"], ["--video", "a.mp4", "--no-video"]):
+        for wrong in (["--fps", "0"], ["--structure", "three"], ["--engine", "csim", "--way-up", "stack"], ["--video", "a.mp4", "--no-video"]):
             run("render", "creatures.glb", "-o", "x.png", "--animation", *wrong, code=2)
         run("render", "creatures.glb", "-o", "x.png", "--fps", "2", code=2)  # needs --animation
         run("render", "none.glb", "-o", "x.png", *small, code=1)
@@ -173,6 +183,15 @@ def main():
         print(f"carousel: {stats['instances']} instances, {stats['instanced_triangles']} triangles: following a frame {frame['update']['total_s'] * 1e3:.3f} ms, "
               f"full rebuild {frame['full_rebuild']['total_s']:.2f} s, {faster:.0f} times as much")
         check(faster >= FASTER, f"only {faster:.0f} times cheaper")
+        # The memory image: at most a tenth of the flat one, of which a frame writes a small part.
+        run("make-scene", "carousel", "--set", "count=100", "--set", "detail=5", "-o", "small.glb")
+        run("render", "small.glb", "-o", "kernel.png", *small, "--start", "1.3", "--fps", "2", "--frames", "2", "--engine", "csim", "--no-video",
+            "--stats", "carousel.json")
+        stats = json.loads((folder / "carousel.json").read_text())
+        check(stats["image_bytes"] * 10 <= stats["flat_image_bytes"], f"{stats['image_bytes']} against {stats['flat_image_bytes']} bytes")
+        check(all(f["update"]["objects_rebuilt"] == 0 and f["update"]["bytes"] * 5 < stats["image_bytes"] for f in stats["frames"]),
+              f"bytes a frame: {stats['frames']}")
+        print(f"100 instances: image {stats['image_bytes']} bytes, flat {stats['flat_image_bytes']}, a frame writes {stats['bytes_a_frame']:.0f}")
     return 0
 
 

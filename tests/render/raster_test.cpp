@@ -177,7 +177,7 @@ TEST_F(RasterFiles, UnknownFormatIsOneError) {
 
 // Table entries of the published maps: matplotlib's viridis and inferno at 0, 1/2 (entry 128) and 1.
 TEST(ColorMaps, FollowThePublishedTables) {
-  const auto near = [](const glm::vec3& a, const glm::vec3& b) { return glm::length(a - b) < 0.05f; };
+  const auto near = [](const glm::vec3& a, const glm::vec3& b) { return glm::length(a - b) < 0.005f; };
   EXPECT_TRUE(near(map_color(ColorMap::kViridis, 0.0f), {0.267004f, 0.004874f, 0.329415f}));
   EXPECT_TRUE(near(map_color(ColorMap::kViridis, 128 / 255.0f), {0.127568f, 0.566949f, 0.550556f}));
   EXPECT_TRUE(near(map_color(ColorMap::kViridis, 1.0f), {0.993248f, 0.906157f, 0.143936f}));

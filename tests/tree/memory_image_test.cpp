@@ -139,7 +139,8 @@ TEST(MemoryImageCheck, RefusesCorruptionAndNamesTheRecord) {
 
   const std::vector<Corruption> table = {
       {"magic", header([](auto& r) { r.magic ^= 1; }), {"header", "magic"}},
-      {"version", header([](auto& r) { ++r.version; }), {"header", "version is 3"}},
+      {"version", header([](auto& r) { r.version += 2; }), {"header", "version is 4"}},
+      {"version of two levels", header([](auto& r) { ++r.version; }), {"header", "instance_offset is 0"}},
       {"lines", header([](auto& r) { ++r.lines; }), {"header", "lines"}},
       {"pair_offset", header([](auto& r) { ++r.pair_offset; }), {"header", "pair_offset"}},
       {"pair_offset huge", header([](auto& r) { r.pair_offset = ~0u; }), {"header", "pair_offset"}},

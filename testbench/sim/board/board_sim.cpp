@@ -11,6 +11,7 @@
 #include <cstring>
 #include <string>
 
+#include "golden/base/options.hpp"
 #include "golden/scene/geometry.hpp"
 #include "testbench/kit/command_line.hpp"
 #include "testbench/sim/board/simulated_board.hpp"
@@ -122,7 +123,7 @@ int main(int argc, char** argv) {
   app.add_option("--config", options.configuration, "Configuration of the core")
       ->check(CLI::IsMember(retrace::cosim::board_configurations()))
       ->capture_default_str();
-  const CLI::Range percent(0.0, 100.0);
+  const retrace::RealRange percent(0.0, 100.0);
   app.add_option_function<double>(
          "--damage", [&](double share) { options.damage_to_board = options.damage_from_board = share; },
          "Percent of the bytes in each direction that are lost, doubled or changed")

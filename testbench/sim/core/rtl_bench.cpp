@@ -132,7 +132,7 @@ int run(Arguments& arguments) {
 
 int main(int argc, char** argv) {
   Arguments a;
-  std::string latency = "40", rows;
+  std::pair<int, int> rows{0, -1};
   bool mailbox = true;
   CLI::App app("Primary rays of a scene through the RTL core: where the clocks go; every hit is compared with csim's.",
                "rtl_bench");
@@ -141,11 +141,22 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember(cosim::core_configurations()))
       ->required();
   add_size(app, "size", a.size, 4096, "Rays")->required();
-  const auto range = [](const std::string& text, auto& from, auto& to) {
-    char end = 0;
-    return std::sscanf(text.c_str(), "%d-%d%c", &from, &to, &end) == 2 && from >= 0 && from < to;
-  };
-  app.add_option("--latency", latency, "Of the memory, in clocks: N, or FROM-TO, drawn for each burst");
+  cosim::MemoryOptions& memory = a.rtl.memory;
+  memory.latency_min = memory.latency_max = 40;
+  app.add_option_function<std::string>(
+         "--latency",
+         [&memory](const std::string& text) {
+           char end = 0;
+           if (std::sscanf(text.c_str(), "%d-%d%c", &memory.latency_min, &memory.latency_max, &end) == 2) {
+             if (memory.latency_min >= 0 && memory.latency_min < memory.latency_max) return;
+           } else if (std::sscanf(text.c_str(), "%d%c", &memory.latency_min, &end) == 1 && memory.latency_min >= 1) {
+             memory.latency_max = memory.latency_min;
+             return;
+           }
+           throw CLI::ValidationError("--latency", "takes N or FROM-TO");
+         },
+         "Of the memory, in clocks: N, or FROM-TO, drawn for each burst")
+      ->default_str("40");
   app.add_option("--bytes", a.rtl.memory.bytes_per_clock, "Bytes a clock; 0: the bus");
   app.add_option("--reorder", a.rtl.memory.reorder, "Answers are mixed");
   app.add_option("--stall", a.rtl.memory.stall_percent, "Percent of the clocks")->check(CLI::Range(0, 100));
@@ -157,31 +168,17 @@ int main(int argc, char** argv) {
   app.add_option("--waves", a.rtl.waves, "FST of the run");
   app.add_option("--limit", a.rtl.clocks_per_ray, "Clocks a ray before it gives up");
   app.add_option("--shadow", a.shadow, "Any-hit rays from the primary hits to a lamp beside the camera");
-  app.add_option("--rows", rows, "FIRST-END: only these rows of the image");
+  add_pair(app, "--rows", rows, '-', "Only these rows of the image");
   app.add_option("--walk", a.tiles, "How the core visits the image: tiles, rows")
       ->transform(CLI::CheckedTransformer(std::map<std::string, bool>{{"tiles", true}, {"rows", false}}));
   app.add_option("--tile", a.tile, "The list itself in tiles of so many pixels; 1: image order")
       ->check(CLI::Range(1, 4096));
-  app.footer("An option may be written without dashes: latency=1-200 stall=20.");
-  // key=value is --key=value.
-  std::vector<std::string> words(argv, argv + argc);
-  for (std::size_t i = 4; i < words.size(); ++i)
-    if (words[i].front() != '-' && words[i].find('=') != std::string::npos) words[i].insert(0, "--");
-  std::vector<const char*> arguments;
-  for (const std::string& word : words) arguments.push_back(word.c_str());
   return run_program(
-      app, static_cast<int>(arguments.size()), arguments.data(),
+      app, argc, argv,
       [&] {
-        cosim::MemoryOptions& memory = a.rtl.memory;
-        if (!range(latency, memory.latency_min, memory.latency_max)) {
-          char end = 0;
-          if (std::sscanf(latency.c_str(), "%d%c", &memory.latency_min, &end) != 1 || memory.latency_min < 1)
-            throw Error("--latency takes N or FROM-TO");
-          memory.latency_max = memory.latency_min;
-        }
         a.trace.mailbox = mailbox ? kKernelMailbox : 0;
-        a.rows = {0, a.size.height};
-        if (!rows.empty() && !range(rows, a.rows.first, a.rows.second)) throw Error("--rows takes FIRST-END");
+        a.rows = rows.second < 0 ? std::pair{0, a.size.height} : rows;
+        if (a.rows.first >= a.rows.second) throw Error("--rows takes FIRST-END");
         return run(a);
       },
       2);

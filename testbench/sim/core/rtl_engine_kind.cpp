@@ -108,6 +108,7 @@ EngineKind rtl_engine_kind() {
   kind.help = "the RTL core in Verilator; argument: its configuration";
   kind.takes_argument = true;
   kind.counts_work = false;
+  kind.instances = true;  // a configuration of one level says so itself
   kind.summary = [](const Engine& engine) {
     const auto& rtl = dynamic_cast<const RtlEngine&>(engine);
     const auto& c = rtl.counters();
