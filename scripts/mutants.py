@@ -118,7 +118,7 @@ MUTANTS = [
     # Generations of contexts.
     ("no generation ever ends", "pipe/rt_generation.sv", "if (clock_q == '1) hold_q <= 1'b1;", "if (1'b0) hold_q <= 1'b1;", GENERATIONS),
     # Rays from a camera, pixels from hits.
-    ("a pixel enters a segment of the slots that is not empty", "ray/rt_raster.sv", "!first_of_segment || unfinished_q[slot_q[SlotBits-1-:SegmentBits]] == '0;", "1'b1;", PIXELS),
+    ("a slot is given out while its pixel is not finished", "ray/rt_raster.sv", "assign new_left   = !new_q[SlotBits];", "assign new_left   = 1'b1;", PIXELS),
     ("a ray that leaves the box behind it is traced", "ray/rt_raster.sv", "signed'(entry.direction[a]) <= 0) passes = 1'b1;", "1'b0) passes = 1'b1;", PIXELS),
     ("a tile is as wide as the frame", "ray/rt_raster.sv", "next_x_q == tile_right_q || next_x_q == frame_i.width", "next_x_q == frame_i.width", PIXELS),
     ("a tile begins in the row where the one before ended", "ray/rt_raster.sv", "ends_band ? next_row_q : tile_row_q;", "next_row_q;", PIXELS),

@@ -5,10 +5,9 @@
 //             rt_instance_enter makes it a ray of the grid. Passed by where the origin lies outside of the root box on some axis and the direction does
 //             not lead back, so that what is left does not break a walk.
 // Order       Tiles in rows, pixels of a tile in rows, samples of a pixel one after the other.
-// Tag         {slot, pixel}: slots in the order of the pixels, so the sink finds the samples of a pixel in one place.
-// Window      Segments of slots. A pixel enters a segment when all pixels that it held have been finished (finished_valid_i), so as many pixels are in flight as
-//             there are slots, at most, and a slow one holds up those that are 7/8 of the slots behind it. The sink waits for no ray: it finishes pixels
-//             whatever happens here.
+// Tag         {slot, pixel}: the sink gathers the samples of a pixel in its slot.
+// Slots       A pixel takes the slot that has been free for longest, and none while all are taken. finished_valid_i frees one. The sink waits for no ray: it
+//             finishes pixels whatever happens here. One frame after another goes on with the slots as they are.
 // Streams     rays to the core; misses, samples that meet no box, to the sink. place_*: what the sink needs for a depth, in the clock in which the ray is offered.
 // Faults      fault_o: the frame is none that can be drawn (sizes, samples, kind); nothing is made of it. bad_o: a sample's camera is none that a host writes; a miss.
 // End         done_o from the clock after start_i until all samples are handed over is 0.
@@ -41,9 +40,6 @@ module rt_raster (
   localparam int unsigned CameraFrac = 20;
   localparam int unsigned SizeBits = rt_contract_pkg::FrameSizeBits;
   localparam int unsigned SlotBits = rt_core_pkg::PixelSlotBits;
-  localparam int unsigned Segments = 8;
-  localparam int unsigned SegmentBits = $clog2(Segments);
-  localparam int unsigned PlaceBits = SlotBits - SegmentBits;  // of a slot in its segment
   typedef logic [SizeBits-1:0] size_t;
   typedef rt_contract_pkg::pixel_index_t pixel_t;
   typedef rt_contract_pkg::camera_step_t step_t;
@@ -123,7 +119,6 @@ module rt_raster (
         if (start_i) begin
           state_q  <= Check;
           settle_q <= WaitBits'(CheckClocks);
-          slot_q   <= '0;
         end
       end
       Check: if (settle_q == '0) state_q <= fits ? Run : Idle;
@@ -132,8 +127,7 @@ module rt_raster (
         settle_q <= WaitBits'(Settle);
         sample_q <= last_sample ? '0 : sample_q + 1'b1;
         if (last_sample) begin
-          slot_q <= slot_q + 1'b1;
-          x_q    <= next_x_q;
+          x_q <= next_x_q;
           if (ends_row) begin
             x_q   <= tile_x_q;
             y_q   <= next_y_q;
@@ -160,23 +154,42 @@ module rt_raster (
   end
   assign fault_o = state_q == Check && settle_q == '0 && !fits;
 
-  // --- the window ---
-  typedef logic [SegmentBits-1:0] segment_t;
-  logic [Segments-1:0][PlaceBits:0] unfinished_q;  // pixels of each segment
-  logic [Segments-1:0]              begins, finishes;
-  logic                             first_of_segment;
-  assign first_of_segment = slot_q[PlaceBits-1:0] == '0 && sample_q == '0;
-  assign open             = !first_of_segment || unfinished_q[slot_q[SlotBits-1-:SegmentBits]] == '0;
-  for (genvar s = 0; s < int'(Segments); s++) begin : gen_segment
-    assign begins[s]   = advance && sample_q == '0 && slot_q[SlotBits-1-:SegmentBits] == segment_t'(s);
-    assign finishes[s] = finished_valid_i && finished_slot_i[SlotBits-1-:SegmentBits] == segment_t'(s);
-    always_ff @(posedge clk_i) begin
-      if (begins[s] && !finishes[s]) unfinished_q[s] <= unfinished_q[s] + 1'b1;
-      if (finishes[s] && !begins[s]) unfinished_q[s] <= unfinished_q[s] - 1'b1;
-      if (!rst_ni) unfinished_q[s] <= '0;
+  // --- slots: those that no pixel has had yet, then those that were freed ---
+  logic [SlotBits:0]   new_q;  // the next of the former
+  logic                slot_valid_q, new_left, freed_valid, freed_take, freed_room;
+  logic [SlotBits-1:0] freed_slot;
+  logic [$clog2(rt_core_pkg::PixelSlots+1)-1:0] freed_usage_unused;
+  assign new_left   = !new_q[SlotBits];
+  assign freed_take = !slot_valid_q && !new_left;
+  assign open       = slot_valid_q;
+  rt_fifo #(
+      .Depth   (rt_core_pkg::PixelSlots),
+      .BlockRam(1'b1),
+      .data_t  (logic [SlotBits-1:0])
+  ) u_freed (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (finished_valid_i),
+      .in_ready_o (freed_room),
+      .in_data_i  (finished_slot_i),
+      .out_valid_o(freed_valid),
+      .out_ready_i(freed_take),
+      .out_data_o (freed_slot),
+      .usage_o    (freed_usage_unused)
+  );
+  always_ff @(posedge clk_i) begin
+    if (!slot_valid_q) begin
+      slot_valid_q <= new_left || freed_valid;
+      slot_q       <= new_left ? new_q[SlotBits-1:0] : freed_slot;
+      if (new_left) new_q <= new_q + 1'b1;
     end
-    `RT_ASSERT(FinishesWhatIsThere, !finishes[s] || unfinished_q[s] != '0)
+    if (advance && last_sample) slot_valid_q <= 1'b0;
+    if (!rst_ni) begin
+      slot_valid_q <= 1'b0;
+      new_q        <= '0;
+    end
   end
+  `RT_ASSERT(FreedHasRoom, !finished_valid_i || freed_room)
 
   // --- from the camera to the grid ---
   rt_contract_pkg::instance_enter_in_record_t  enter_in;

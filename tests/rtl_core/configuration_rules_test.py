@@ -37,9 +37,11 @@ BROKEN = [
     ({"launch_hops": 9}, "DepthSmall"),
     ({"levels": 3}, "LevelsKnown"),
     ({"levels": 2, "contexts_per_lane": 64}, "ContextsOfLevelsFit"),
+    ({"pixels": 2}, "PixelsKnown"),
 ]
 ALLOWED = [{"lanes": 8, "contexts_per_lane": 64}, {"contexts_per_lane": 16}, {"granule_bytes": 64, "node_line_pairs": 4}, {"ways": 1}, {"mail_entries": 0}, {"hit_lines": 2},
-           {"fill_hops": 0, "launch_hops": 0, "leaf_hops": 0}, {"levels": 2}, {"levels": 2, "mail_entries": 0, "launch_hops": 0}]
+           {"fill_hops": 0, "launch_hops": 0, "leaf_hops": 0}, {"levels": 2}, {"levels": 2, "mail_entries": 0, "launch_hops": 0},
+           {"pixels": 1}, {"pixels": 1, "data_bits": 128, "granule_bytes": 64, "node_line_pairs": 4}]
 
 
 def elaborate(changes):
