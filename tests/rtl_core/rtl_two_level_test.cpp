@@ -292,6 +292,43 @@ TEST(RtlLevels, LeavesOfOtherKindsInAnImageOfOneLevelEndLikeTheKernel) {
   }
 }
 
+// The same wall in two objects; that of the higher number has a spike towards the rays, so it is entered first, and at the same t the lower number wins.
+// Objects of so few triangles are one leaf, which is the root.
+TEST_F(RtlTwoLevel, ObjectsOfOneLeafAndTheLowerNumberAtTheSameT) {
+  SCOPED_TRACE("seed " + std::to_string(test_seed()));
+  constexpr std::int32_t kHalf = 1 << 23, kUp = 12 << 20, kPad = contract::kBoxPad;
+  const GridPoint a(-kHalf, -kHalf, 0), b(kHalf, -kHalf, 0), c(kHalf, kHalf, 0), d(-kHalf, kHalf, 0);
+  GridScene wall, spiked;
+  wall.triangles = {{{a, b, c}, 0}, {{a, c, d}, 1}};
+  wall.box = {-kHalf - kPad, kHalf + kPad, -kHalf - kPad, kHalf + kPad, -kPad, kPad};
+  spiked = wall;
+  spiked.triangles.push_back({{GridPoint(kHalf, 0, 0), GridPoint(kHalf, 1 << 18, kUp), GridPoint(kHalf, 0, kUp)}, 2});
+  spiked.box[5] = kUp + kPad;
+  const std::vector<GridScene> objects{wall, spiked};
+  const Placement placement{glm::dmat3(0.5), glm::dvec3(0.0)};
+  std::vector<PlacedObject> placed{{0, placement}, {1, placement}};
+  placed.resize(32, {0, placement});
+  const auto image = assemble_two_levels(build_two_levels(objects, placed));
+  Random random(test_seed() + 10);
+  std::vector<GridRay> rays(64);
+  for (GridRay& ray : rays) {
+    ray.record.origin = {static_cast<std::int32_t>(random.integer(-kHalf / 2, kHalf / 2)),
+                         static_cast<std::int32_t>(random.integer(-kHalf / 2, kHalf / 2)), 5 << 20};
+    ray.record.direction = {0, 0, -(1 << 26)};
+    ray.record.t_max = (1u << contract::kTLimitBits) - 1;
+  }
+  Core core;
+  for (const CoreMode& mode : kModes) {
+    SCOPED_TRACE(name_of(mode));
+    const Traced expected = kernel(image, rays, mode), result = core.run(image, rays, mode);
+    expect_equal_hits(result, expected);
+    EXPECT_EQ(result.work.down, expected.work.down);
+    EXPECT_EQ(result.work.up, expected.work.up);
+    EXPECT_EQ(result.work.leaf, expected.work.leaf);
+    EXPECT_EQ(result.work.skipped, expected.work.skipped);
+  }
+}
+
 TEST_F(RtlTwoLevel, HeadersOfTwoLevelsAreChecked) {
   Random random(test_seed() + 4);
   const TwoLevelWorld world = make_two_level_world(random, 4, 2);
