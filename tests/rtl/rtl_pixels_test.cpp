@@ -84,6 +84,7 @@ class Pixels : public testing::Test {
     // What each pixel has to become: the golden model, with hits drawn here.
     std::map<std::uint32_t, std::vector<std::pair<contract::RayRecord, contract::HitRecord>>> expected;  // by pixel
     std::size_t traced = 0;
+    std::vector<std::uint32_t> order;  // pixels of the rays
     PixelTotals totals;
     const std::vector<std::uint32_t> pixels = draw_golden(
         camera, frame, box, std::span(materials_).first(broken_ ? kBroken : kMaterials),
@@ -95,6 +96,7 @@ class Pixels : public testing::Test {
               if (made.enters == 0) continue;
               hits[next] = random_hit();
               expected[made.pixel].push_back({rays[next], hits[next]});
+              order.push_back(made.pixel);
               ++next;
             }
           });
@@ -153,6 +155,8 @@ class Pixels : public testing::Test {
       if (ray) {
         const std::uint32_t tag = bench_->ray_tag_o, pixel = tag & ((1u << contract::kFramePixelsLog2) - 1);
         const std::size_t sample = made[pixel]++;
+        ASSERT_LT(rays, order.size());
+        ASSERT_EQ(pixel, order[rays]) << "seed " << test_seed();
         ++rays;
         ASSERT_LT(sample, expected[pixel].size()) << "a ray too many, pixel " << pixel << ", seed " << test_seed();
         const auto& [record, result] = expected[pixel][sample];
