@@ -29,7 +29,8 @@ STAGES = ["ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "h
 TASKS = ["ray_reader", "ray_setup", "launch", "node_fetch", "step", "leaf_fetch", "leaf_exit", "list_fetch", "mailbox", "triangle_fetch", "tri_test", "result", "hit_finish",
          "hit_writer", "work_writer", "summary_writer"]
 RING = ["hls/ring/%s.cpp" % task for task in TASKS + ["ring", "region"]]
-SOURCES = ["hls/stages/%s.cpp" % stage for stage in STAGES] + ["hls/top/trace.cpp"]
+STAGE_SOURCES = ["hls/stages/%s.cpp" % stage for stage in STAGES]
+SOURCES = STAGE_SOURCES + ["hls/top/pixels.cpp", "hls/top/trace.cpp"]
 failures = []
 
 
@@ -226,7 +227,7 @@ def compile_(work, arguments):
     write(os.path.join(types_only, "ap_int.h"), "")
     write(os.path.join(vendor, "hls_stream.h"), "")
     for name, flags in (("C simulation", []), ("the vendor's compiler", ["-D__SYNTHESIS__"]), ("Bambu", ["-D__BAMBU__"])):
-        used = [run(["clang++", "-std=c++17", "-M", "-I", vendor] + flags + [os.path.join(where, source)], elsewhere).stdout for source in SOURCES[:-1]]
+        used = [run(["clang++", "-std=c++17", "-M", "-I", vendor] + flags + [os.path.join(where, source)], elsewhere).stdout for source in STAGE_SOURCES]
         check(all(os.path.join(vendor, "hls_stream.h") in text and "testbench" not in text for text in used), "%s takes the stream header of its include path" % name, str(used))
     for name, flag in (("the vendor's compiler", "-D__SYNTHESIS__"), ("Bambu", "-D__BAMBU__")):
         result = run(["clang++", "-std=c++17", "-M", "-I", types_only, flag, os.path.join(where, SOURCES[0])], elsewhere)
@@ -238,7 +239,7 @@ def compile_(work, arguments):
         return re.findall(r"^#pragma HLS (.*)$", text, re.M)
 
     # The interfaces of the stages stand in the source as they are, also for Bambu.
-    literal = [re.findall(r"^#pragma HLS (.*)$", read(os.path.join(where, source)), re.M) for source in SOURCES[:-1]]
+    literal = [re.findall(r"^#pragma HLS (.*)$", read(os.path.join(where, source)), re.M) for source in STAGE_SOURCES]
     check(all(lines == ["interface mode=axis port=in", "interface mode=axis port=out"] for lines in literal), "the stages' interfaces are literal directives", str(literal))
     for task in TASKS:
         text = read(os.path.join(where, "hls/ring/%s.cpp" % task))

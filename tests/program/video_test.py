@@ -89,11 +89,16 @@ def main():
 
         # Files that are meant twice, and containers that are not known.
         for wrong in (["--video", "creatures.glb"], ["--video", "v-0001.png"], ["--stats", "v-0001.png"], ["--video", "a.mp4", "--stats", "./a.mp4"],
-                      ["--video", "a.xyz"], ["--video", "a"], ["--way-up", "stack"], ["--mailbox"]):
+                      ["--video", "a.xyz"], ["--video", "a"]):
             before = {n: (work / n).read_bytes() for n in names}
             result = render("--frames", "2", "--quiet", *wrong, code=2)
             check(result.stderr.count("\n") == 1, result.stderr)
             check(before == {n: (work / n).read_bytes() for n in sorted(os.listdir(work))}, f"{wrong}: files have changed")
+
+        # Told how to walk, golden takes the image of two levels that the others take.
+        for walk in (["--way-up", "stack"], ["--way-up", "parent"], ["--mailbox"]):
+            render("--frames", "2", "--quiet", *walk)
+        check(sorted(os.listdir(work)) == names, f"left over: {os.listdir(work)}")
 
         # What it says is the error; the video of before stays.
         ffmpeg(REFUSES)
