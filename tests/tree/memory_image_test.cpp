@@ -19,6 +19,7 @@
 
 #include "golden/tree/kd_builder.hpp"
 #include "grid_scenes.hpp"
+#include "testbench/kit/edit_record.hpp"
 
 namespace retrace {
 namespace {
@@ -65,15 +66,6 @@ std::string reason(std::vector<std::uint64_t> words) {
 #define EXPECT_IN(part, text) \
   EXPECT_NE((text).find(part), std::string::npos) << "\"" << (text) << "\" lacks \"" << (part) << "\""
 
-template <typename Record>
-void edit(std::vector<std::uint64_t>& words, std::uint64_t offset, std::size_t index,
-          const std::function<void(Record&)>& change) {
-  std::uint64_t* at = words.data() + offset * MemoryImage::kLineWords + index * Record::kWords;
-  Record record = Record::unpack(at);
-  change(record);
-  record.pack(at);
-}
-
 TEST(MemoryImageCheck, AcceptsWhatTheBuilderMakes) {
   const std::uint64_t seed = test_seed();
   SCOPED_TRACE("RETRACE_SEED=" + std::to_string(seed));
@@ -115,19 +107,21 @@ TEST(MemoryImageCheck, RefusesCorruptionAndNamesTheRecord) {
   ASSERT_NE(short_leaf, 0u);
 
   const auto header = [&](std::function<void(HeaderRecord&)> change) {
-    return [change](std::vector<std::uint64_t>& w, const HeaderRecord&) { edit<HeaderRecord>(w, 0, 0, change); };
+    return [change](std::vector<std::uint64_t>& w, const HeaderRecord&) { edit_record<HeaderRecord>(w, 0, 0, change); };
   };
   const auto pair = [&](std::size_t i, std::function<void(NodePairRecord&)> change) {
     return [=](std::vector<std::uint64_t>& w, const HeaderRecord& r) {
-      edit<NodePairRecord>(w, r.pair_offset, i, change);
+      edit_record<NodePairRecord>(w, r.pair_offset, i, change);
     };
   };
   const auto leaf = [&](std::size_t i, std::function<void(LeafRecord&)> change) {
-    return [=](std::vector<std::uint64_t>& w, const HeaderRecord& r) { edit<LeafRecord>(w, r.leaf_offset, i, change); };
+    return [=](std::vector<std::uint64_t>& w, const HeaderRecord& r) {
+      edit_record<LeafRecord>(w, r.leaf_offset, i, change);
+    };
   };
   const auto triangle = [&](std::size_t i, std::function<void(TriangleRecord&)> change) {
     return [=](std::vector<std::uint64_t>& w, const HeaderRecord& r) {
-      edit<TriangleRecord>(w, r.triangle_offset, i, change);
+      edit_record<TriangleRecord>(w, r.triangle_offset, i, change);
     };
   };
   const auto word = [&](std::function<std::size_t(const HeaderRecord&)> at, std::uint64_t bits) {

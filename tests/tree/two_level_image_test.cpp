@@ -10,6 +10,7 @@
 
 #include "golden/tree/two_level_scene.hpp"
 #include "grid_scenes.hpp"
+#include "testbench/kit/edit_record.hpp"
 #include "testbench/kit/test_instances.hpp"
 
 namespace retrace {
@@ -83,15 +84,6 @@ std::string reason(std::vector<std::uint64_t> words) {
   }
 }
 
-template <typename Record>
-void edit(std::vector<std::uint64_t>& words, std::uint64_t offset, std::size_t index,
-          const std::function<void(Record&)>& change) {
-  std::uint64_t* at = words.data() + offset * MemoryImage::kLineWords + index * Record::kWords;
-  Record record = Record::unpack(at);
-  change(record);
-  record.pack(at);
-}
-
 TEST(TwoLevelImageCheck, accepts_what_the_builder_makes) {
   const std::uint64_t seed = test_seed();
   SCOPED_TRACE("RETRACE_SEED=" + std::to_string(seed));
@@ -135,16 +127,16 @@ TEST(TwoLevelImageCheck, refuses_corruption_and_names_the_record) {
   ASSERT_NE(image.pair(0).left_axis, 3u);
 
   const auto instance = [&](std::size_t i, std::function<void(InstanceRecord&)> change) {
-    return [=](std::vector<std::uint64_t>& w) { edit<InstanceRecord>(w, h.instance_offset, i, change); };
+    return [=](std::vector<std::uint64_t>& w) { edit_record<InstanceRecord>(w, h.instance_offset, i, change); };
   };
   const auto leaf = [&](std::size_t i, std::function<void(LeafRecord&)> change) {
-    return [=](std::vector<std::uint64_t>& w) { edit<LeafRecord>(w, h.leaf_offset, i, change); };
+    return [=](std::vector<std::uint64_t>& w) { edit_record<LeafRecord>(w, h.leaf_offset, i, change); };
   };
   const auto pair = [&](std::size_t i, std::function<void(NodePairRecord&)> change) {
-    return [=](std::vector<std::uint64_t>& w) { edit<NodePairRecord>(w, h.pair_offset, i, change); };
+    return [=](std::vector<std::uint64_t>& w) { edit_record<NodePairRecord>(w, h.pair_offset, i, change); };
   };
   const auto header = [&](std::function<void(HeaderRecord&)> change) {
-    return [=](std::vector<std::uint64_t>& w) { edit<HeaderRecord>(w, 0, 0, change); };
+    return [=](std::vector<std::uint64_t>& w) { edit_record<HeaderRecord>(w, 0, 0, change); };
   };
   const auto word = [](std::size_t at, std::uint64_t bits) {
     return [=](std::vector<std::uint64_t>& w) { w[at] ^= bits; };
