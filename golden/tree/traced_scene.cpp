@@ -8,12 +8,12 @@
 
 namespace retrace {
 
-TracedScene snap_scene(Scene scene, TwoLevels levels) {
+TracedScene snap_scene(Scene scene, TwoLevels levels, double side) {
   TracedScene traced;
   traced.scene = std::move(scene);
   traced.world = flatten(traced.scene);
   const bool two = levels == TwoLevels::kOn || (levels == TwoLevels::kAuto && has_instances(traced.scene));
-  traced.grid = two ? InstancedScene(traced.scene).release() : snap(traced.world);
+  traced.grid = two ? InstancedScene(traced.scene).release() : snap(traced.world, side);
   return traced;
 }
 

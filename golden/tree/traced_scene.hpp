@@ -21,8 +21,8 @@ enum class TwoLevels {
   kOn
 };
 
-/// All but the image. Throws Error as flatten() does.
-TracedScene snap_scene(Scene scene, TwoLevels levels = TwoLevels::kOff);
+/// All but the image. `side`: as snap() takes it, of a scene of one level. Throws Error as flatten() does.
+TracedScene snap_scene(Scene scene, TwoLevels levels = TwoLevels::kOff, double side = 1.0);
 /// The image of a snapped scene. Throws Error as build_kd() does.
 MemoryImage build_image(const GridScene& grid, const BuildOptions& options = {});
 /// Both.

@@ -52,8 +52,7 @@ LoadedScene load_scene(const std::string& scene, const Common& common, bool text
     read = load_gltf(path, options, &notes);
     for (const std::string& text : notes) note(common, text);
   }
-  static_cast<TracedScene&>(loaded) = snap_scene(std::move(read), common.two_levels);
-  if (side != 1.0) loaded.grid = snap(loaded.world, side);
+  static_cast<TracedScene&>(loaded) = snap_scene(std::move(read), common.two_levels, side);
   loaded.load_s = now() - load_start;
   if (loaded.grid.degenerate > 0) {
     note(common, loaded.name + ": " + with_commas(loaded.grid.degenerate) + " of " +
