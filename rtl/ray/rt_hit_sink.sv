@@ -3,7 +3,7 @@
 //
 // Purpose     Items of 4 * 2^words_log2_i bytes, 16 for hits, come in any order and go to base_i + size * tag. Up to Lines lines are kept, in one block RAM, found by a hash of their number. A line leaves when it is
 //             full, when another needs its place, or with flush_i. One burst a line, from its first hit to its last, several in flight.
-// Flush       flush_i (level) while no hits come: every line leaves; empty_o when all of them have been acknowledged.
+// Flush       flush_i (level): in the clocks without a hit every line leaves; empty_o when all of them have been acknowledged.
 // Drop        drop_i (level, soft reset): what has been offered to the bus is completed, everything else is forgotten; in_* is not accepted.
 // Grain       Words of the smallest item: what is there of a line is known in grains.
 // Places      Each has room for two lines, in turn, so that a hit need not wait until the line that it drives out has been read. One more line waits behind the
