@@ -35,6 +35,12 @@ MUTANTS = [
     ("an empty leaf is tested", "leaf/rt_leaf_unit.sv", "|| @(Levels > 1 ? tag_out.nothing : tag_out.count == '0)@;", "1'b0"),
     ("leaves beyond the image are read", "leaf/rt_leaf_unit.sv", "in_goal.beyond = @32'(in_data_q.leaf) >= view_i.leaf_count@;", "1'b0"),
     ("records of any kind are leaves", "leaf/rt_leaf_unit.sv", "if (@tag_out.bad_kind@)", "1'b0"),
+    ("a ray goes on from a leaf behind its hit", "leaf/rt_leaf_unit.sv", "signed'({2'b0, @tag_out.t_near@}) >", "rt_contract_pkg::t_limit_t'('1)"),
+    ("a ray without a way on goes on from a leaf", "leaf/rt_leaf_unit.sv", "&& @return_in.target != '0@ &&", "1'b1"),
+    ("a leaf with references is passed by", "leaf/rt_leaf_unit.sv", "EventGoOn && @tag_out.count == '0@ && exit_out", "1'b1"),
+    ("a return from a leaf is lost to one of the result unit", "core/rt_core.sv", "leaf_return_ready = @!return_valid@;", "1'b1"),
+    ("a ray from a leaf follows face links on its way up", "leaf/rt_leaf_unit.sv", "return_in.target = @parent_links_i ? leave_o.node : leave_o.link@;", "leave_o.link"),
+    ("a ray goes on from a leaf as far as the one before", "ray/rt_launch.sv", "launch_o.t_near = @setup_out.t_max@;", "'0"),
     ("a leaf that the ray is not in is left", "leaf/rt_leaf_unit.sv", "else if (@exit_out.broken@)", "1'b0"),
     # The reference unit.
     ("one test too many", "leaf/rt_reference_unit.sv", "if (@LimitBits'(i2_next_q) >= i2_refs_q.steps_end@)", "LimitBits'(i2_next_q) > i2_refs_q.steps_end"),

@@ -6,6 +6,7 @@
 //                                   |                                  +---- leaves without references, faults -----------+   |
 //                                   +------------------------------ return ----------------------------------------------------+
 //   rt_result_unit --finish--> rt_hit_finish --> hits
+//   with Config.leaf_returns: rt_leaf_unit --return--> lanes, from leaves without references
 //   of two levels: rt_reference_unit --instance--> rt_entry --launch--> lanes; passed by: back to rt_reference_unit, or --> rt_result_unit
 //
 // Reset       Each unit has a register of it, so a start counts from the second clock after it.
@@ -55,6 +56,7 @@ module rt_core #(
   `RT_ASSERT_INIT(ContextsPowerOfTwo, Config.contexts_per_lane == (1 << LaneContextBits))
   `RT_ASSERT_INIT(ContextsFit, Contexts <= 512)
   `RT_ASSERT_INIT(LevelsKnown, Levels == 1 || Levels == 2)
+  `RT_ASSERT_INIT(LeafReturnsOfOneLevel, Config.leaf_returns == 0 || (Config.leaf_returns == 1 && Levels == 1))
   `RT_ASSERT_INIT(ContextsOfLevelsFit, Levels == 1 || Contexts <= 128)
   `RT_ASSERT_INIT(DataBitsKnown, DataBits == 64 || DataBits == 128)
   `RT_ASSERT_INIT(GranuleKnown, (Config.granule_bytes == 8 || Config.granule_bytes == 16 || Config.granule_bytes == 64) && Config.granule_bytes * 8 >= DataBits)
@@ -198,7 +200,7 @@ module rt_core #(
 
   // --- control ---
   rt_core_pkg::unit_events_t lane_events[Lanes];
-  rt_core_pkg::unit_events_t leaf_events, reference_events;
+  rt_core_pkg::unit_events_t leaf_events, reference_events, result_events;
   logic                      ray_taken, hit_taken, hit_fault, rays_open;
   assign ray_taken = ray_valid_i && ray_ready_o;
   assign hit_taken = hit_valid_o && hit_ready_i;
@@ -274,13 +276,25 @@ module rt_core #(
   rt_core_pkg::launch_t             entry_launch;
 
   // --- launches: returns from leaves first, then objects; through a register, as they go to all lanes and units ---
-  logic                   return_valid, return_valid_q;
-  context_t               return_context, return_context_q, launch_context;
-  rt_core_pkg::launch_t   return_launch, return_launch_q;
+  logic                   return_valid, return_valid_q, leaf_return_valid, leaf_return_ready, leaf_return_pause;
+  context_t               return_context, return_context_q, leaf_return_context, launch_context;
+  rt_core_pkg::launch_t   return_launch, return_launch_q, leaf_return_launch;
+  assign leaf_return_ready = !return_valid;
   always_ff @(posedge clk_i) begin
-    return_valid_q   <= return_valid && wires_rst_n;
-    return_context_q <= return_context;
-    return_launch_q  <= return_launch;
+    return_valid_q   <= (return_valid || leaf_return_valid) && wires_rst_n;
+    return_context_q <= return_valid ? return_context : leaf_return_context;
+    return_launch_q  <= return_valid ? return_launch : leaf_return_launch;
+  end
+  // Those of the result unit go first; who waits for long in the leaf unit stops its events.
+  if (Config.leaf_returns != 0) begin : gen_leaf_returns
+    logic [3:0] waits_q;
+    always_ff @(posedge clk_i) begin
+      if (!leaf_return_valid || leaf_return_ready || !wires_rst_n) waits_q <= '0;
+      else if (waits_q != '1) waits_q <= waits_q + 1'b1;
+    end
+    assign leaf_return_pause = waits_q == '1;
+  end else begin : gen_no_leaf_returns
+    assign leaf_return_pause = 1'b0;
   end
   // rt_launch sends two axes in a row and waits with the last one; a launch of an object needs the last one's clock.
   assign entry_axis_ready = (!axis_valid || axis.axis == 2'(rt_core_pkg::Axes - 1)) && !(entry_launch_valid && return_valid_q);
@@ -671,6 +685,13 @@ module rt_core #(
       .entered_valid_i     (entered_valid),
       .entered_context_i   (entered.ctx),
       .entered_next_i      (entered.next),
+      .near_valid_i        (launched_lanes != '0),
+      .near_context_i      (launched.ctx),
+      .near_i              (launched.launch.t_near),
+      .return_valid_o      (leaf_return_valid),
+      .return_ready_i      (leaf_return_ready),
+      .return_context_o    (leaf_return_context),
+      .return_o            (leaf_return_launch),
       .in_valid_i          (arrival_valid && !arrival_ends),
       .in_context_i        (arrival.ctx),
       .in_data_i           (arrival.arrival),
@@ -1014,7 +1035,7 @@ module rt_core #(
       .entered_valid_i (entered_valid),
       .entered_context_i(entered.ctx),
       .entered_i       (entered.entered),
-      .pause_i         (entry_pause),
+      .pause_i             (entry_pause || leaf_return_pause),
       .found_valid_o   (found_valid),
       .found_context_o (found_context),
       .found_o         (found),
@@ -1034,7 +1055,8 @@ module rt_core #(
       .finish_o        (finish),
       .finish_tag_o    (finish_tag),
       .free_valid_o    (free_valid),
-      .free_context_o  (free_context)
+      .free_context_o  (free_context),
+      .events_o        (result_events)
   );
 
   rt_hit_finish #(
@@ -1101,6 +1123,9 @@ module rt_core #(
     steps.reference_busy    = one(reference_events.busy);
     steps.reference_starved = one(!reference_events.busy && reference_events.starved);
     steps.reference_blocked = one(reference_blocked);
+    steps.result_busy       = one(result_events.busy);
+    steps.result_starved    = one(!result_events.busy && result_events.starved);
+    steps.result_blocked    = one(!result_events.busy && !result_events.starved);
     steps.context_clocks    = rt_config_pkg::counter_step_t'(contexts_used);
   end
 

@@ -63,7 +63,8 @@ module rt_result_unit #(
     output rt_core_pkg::ray_tag_t                 finish_tag_o,
     // The context is free again.
     output logic                                  free_valid_o,
-    output logic [ContextBits-1:0]                free_context_o
+    output logic [ContextBits-1:0]                free_context_o,
+    output rt_core_pkg::unit_events_t             events_o  // busy: an event is taken
 );
   typedef logic [ContextBits-1:0] context_t;
   typedef struct packed {
@@ -131,6 +132,12 @@ module rt_result_unit #(
     r0_event = result.what;
     if (direct_valid_i) r0_event = '{direct: 1'b1, test: 1'b0, last: 1'b1, ctx: direct_context_i, event_code: direct_event_i};
     r0_context = r0_event.ctx;
+  end
+
+  always_comb begin
+    events_o         = '0;
+    events_o.busy    = r0_valid;
+    events_o.starved = !direct_valid_i && !result_valid;
   end
 
   // --- R1, R2: what is known of the context ---
@@ -263,6 +270,7 @@ module rt_result_unit #(
     return_q.up     <= parent_links_i;
     return_q.parent <= r5_leave_q.parent;
     return_q.node   <= r5_target;
+    return_q.t_near <= Config.leaf_returns != 0 ? r5_near_t : '0;
     return_q.tree   <= '0;
     if (TwoLevels) begin
       return_q.tree.level <= r5_level;

@@ -4,6 +4,8 @@
 // Purpose     One context a clock: P0 read the goal   P1 -   P2 check, look up   P3 -   P4 read state and ray
 //             P5 cache answers   P6 enter rt_leaf_exit. What comes out is kept as how the leaf is left (leave_*, for the result unit) and what is to be
 //             tested (references, iter_*). Leaves without references, and contexts that end here, go to the result unit at once (out_*).
+// Returns     With Config.leaf_returns the unit knows how near the best hit is (near_*, with every launch). A context that has met a leaf without
+//             references, and goes on behind it, goes back to its lane from here (return_*); the result unit would do the same.
 // Reads       As much of a record as its size code says; the code is part of the cache's key.
 // Misses      Parked in the cache and woken. Retry as in rt_lane.
 // Order       Of statuses as in hls/top/trace.cpp: index, kind, t_exit < t, count.
@@ -52,6 +54,15 @@ module rt_leaf_unit #(
     output logic                               leave_valid_o,
     output logic [ContextBits-1:0]             leave_context_o,
     output rt_core_pkg::leave_t                leave_o,
+    // A context is launched: what an exit has to lie before.
+    input  logic                               near_valid_i,
+    input  logic [ContextBits-1:0]             near_context_i,
+    input  rt_contract_pkg::t_limit_t          near_i,
+    // Contexts that go on from a leaf without references.
+    output logic                               return_valid_o,
+    input  logic                               return_ready_i,
+    output logic [ContextBits-1:0]             return_context_o,
+    output rt_core_pkg::launch_t               return_o,
     // Contexts with nothing to test: EventGoOn leaves the leaf, otherwise a status.
     output logic                               out_valid_o,
     input  logic                               out_ready_i,
@@ -95,6 +106,7 @@ module rt_leaf_unit #(
     rt_contract_pkg::node_index_t       parent;
     logic [2:0]                         upper;
     rt_contract_pkg::node_index_t [2:0] link;  // of the face the ray could leave through, by axis
+    rt_contract_pkg::t_limit_t          t_near;
   } tag_t;
 
   // --- who is ready, and the stages ---
@@ -245,6 +257,29 @@ module rt_leaf_unit #(
     assign p6_first = '0;
   end
 
+  // --- how far the ray goes; it changes in no other place than a launch, as a context is in one place at a time ---
+  rt_contract_pkg::t_limit_t p6_near;
+  if (Config.leaf_returns != 0) begin : gen_near
+    rt_contract_pkg::t_limit_t p5_near, p6_near_q;
+    rt_ram_sdp #(
+        .Depth (Contexts),
+        .data_t(rt_contract_pkg::t_limit_t)
+    ) u_near (
+        .clk_i,
+        .rst_ni,
+        .write_en_i  (near_valid_i),
+        .write_addr_i(near_context_i),
+        .write_data_i(near_i),
+        .read_en_i   (stage_valid[4]),
+        .read_addr_i (stage_context[4]),
+        .read_data_o (p5_near)
+    );
+    always_ff @(posedge clk_i) p6_near_q <= p5_near;
+    assign p6_near = p6_near_q;
+  end else begin : gen_no_near
+    assign p6_near = '0;
+  end
+
   // --- P3, P4: on the way; state and ray are there in P5 ---
   rt_core_pkg::leaf_size_t  p3_size_q, p4_size_q;
   rt_contract_pkg::status_t p3_fault_q, p4_fault_q;
@@ -353,6 +388,7 @@ module rt_leaf_unit #(
     tag_in.node        = p6_state_q.node;
     tag_in.parent      = p6_leaf_q.parent;
     tag_in.upper       = ~p6_ray_q.negative;
+    tag_in.t_near      = p6_near;
     for (int unsigned axis = 0; axis < 3; axis++) begin
       tag_in.link[axis] = p6_ray_q.negative[axis] ? p6_leaf_q.link[2*axis] : p6_leaf_q.link[2*axis+1];
     end
@@ -418,25 +454,75 @@ module rt_leaf_unit #(
   assign iter_context_o  = tag_out.ctx;
   assign leave_valid_o   = exit_valid && exit_take;
   assign leave_context_o = tag_out.ctx;
-  // Whatever it is, it leaves the stage only if it could be something for the queue: so the stage need not wait for what it is.
+  // Whatever it is, it leaves the stage only if it could be something for each queue: so the stage need not wait for what it is.
   typedef struct packed {
     context_t                 ctx;
     rt_contract_pkg::status_t event_code;
   } direct_t;
   direct_t out_data;
+  logic    out_room, return_room, returns;
+  assign exit_take = out_room && return_room;
   rt_queue #(
       .Depth (4),
       .data_t(direct_t)
   ) u_out (
       .clk_i,
       .rst_ni,
-      .in_valid_i (exit_valid && exit_take && at_once),
-      .in_ready_o (exit_take),
+      .in_valid_i (exit_valid && exit_take && at_once && !returns),
+      .in_ready_o (out_room),
       .in_data_i  ('{ctx: tag_out.ctx, event_code: result}),
       .out_valid_o,
       .out_ready_i,
       .out_data_o (out_data)
   );
+  if (Config.leaf_returns != 0) begin : gen_returns
+    typedef struct packed {
+      context_t                     ctx;
+      rt_core_pkg::leave_t          leave;
+      rt_contract_pkg::node_index_t target;
+      rt_contract_pkg::t_limit_t    t_near;
+    } return_t;
+    return_t return_in, return_out;
+    always_comb begin
+      return_in.ctx    = tag_out.ctx;
+      return_in.leave  = leave_o;
+      return_in.target = parent_links_i ? leave_o.node : leave_o.link;
+      return_in.t_near = tag_out.t_near;
+      // The rule of the result unit: where to go, and nothing behind the exit is beyond the best hit.
+      returns = result == rt_core_pkg::EventGoOn && tag_out.count == '0 && exit_out.exits[0] && return_in.target != '0 &&
+          signed'({2'b0, tag_out.t_near}) > signed'({exit_out.t_exit[27], exit_out.t_exit});
+      return_o        = '0;
+      return_o.plane  = return_out.leave.exit.plane;
+      return_o.face   = return_out.leave.exit.face;
+      return_o.t      = return_out.leave.exit.t_exit;
+      return_o.steps  = return_out.leave.steps;
+      return_o.fault  = rt_core_pkg::EventGoOn;
+      return_o.up     = parent_links_i;
+      return_o.parent = return_out.leave.parent;
+      return_o.node   = return_out.target;
+      return_o.t_near = return_out.t_near;
+    end
+    rt_queue #(
+        .Depth (4),
+        .data_t(return_t)
+    ) u_returns (
+        .clk_i,
+        .rst_ni,
+        .in_valid_i (exit_valid && exit_take && returns),
+        .in_ready_o (return_room),
+        .in_data_i  (return_in),
+        .out_valid_o(return_valid_o),
+        .out_ready_i(return_ready_i),
+        .out_data_o (return_out)
+    );
+    assign return_context_o = return_out.ctx;
+  end else begin : gen_no_returns
+    assign returns          = 1'b0;
+    assign return_room      = 1'b1;
+    assign return_valid_o   = 1'b0;
+    assign return_context_o = '0;
+    assign return_o         = '0;
+  end
   assign out_context_o = out_data.ctx;
   assign out_event_o   = out_data.event_code;
 
@@ -455,7 +541,7 @@ module rt_leaf_unit #(
   assign events_o.starved = !stage_valid[0];
   assign leaf_o           = enter && p6_fault_q == rt_core_pkg::EventGoOn && !p6_way.resumes;
 
-  assign idle_o           = pipe_idle && cache_idle && !in_valid_i && !in_valid_q && !exit_valid && !out_valid_o;
+  assign idle_o           = pipe_idle && cache_idle && !in_valid_i && !in_valid_q && !exit_valid && !out_valid_o && !return_valid_o;
 
   // The face belongs to the side the ray moves to, so the three links kept are enough.
   `RT_ASSERT(FaceIsOnExitSide, !exit_valid || !exit_out.exits || exit_out.face[0] == tag_out.upper[exit_out.face[2:1]])

@@ -15,55 +15,60 @@ package rt_config_pkg;
     logic [31:0] list_lines;  // lines of the list kept, 64 bytes each
     logic [31:0] triangle_lines;  // triangle records kept, 48 bytes each
     logic [31:0] ways;  // of every cache: 1 or 2
-    logic [31:0] mshrs;  // misses in flight a cache: 2 to 8
+    logic [31:0] mshrs;  // misses in flight a cache: 2, 4, 8 or 16
     logic [31:0] mail_entries;  // triangles remembered a ray: 0 or a power of two
     logic [31:0] hit_lines;  // lines of 64 bytes in which hits are combined: a power of two, 2 to 32
     logic [31:0] fill_hops;  // registers on the path of answers from one unit to the next
     logic [31:0] launch_hops;  // registers on each of two sections of the path of a launch to the units that keep rays
     logic [31:0] leaf_hops;  // registers on the path from the leaf unit to references and results
+    logic [31:0] leaf_returns;  // 1: a context goes from a leaf without references back to its lane, past the result unit; 0: through it; with one level only
     logic [31:0] pixels;  // 1: rays from a camera and pixels as well as rays and hits in memory; 0: without
   } config_t;
 
   // One lane: for tests and for small parts.
   localparam config_t ConfigSmall = '{
-      levels: 1, lanes: 1, contexts_per_lane: 64, data_bits: 64, granule_bytes: 8, node_pairs: 1024, node_line_pairs: 4, leaf_lines: 256, list_lines: 64,
-      triangle_lines: 512, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, pixels: 0};
+      levels: 1, lanes: 1, contexts_per_lane: 64, data_bits: 64, granule_bytes: 8, node_pairs: 1024, node_line_pairs: 4, leaf_lines: 256, list_lines: 64, triangle_lines: 512,
+      ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, leaf_returns: 1, pixels: 0};
   // ECP5-85F: four lanes. The bus is the limit, so a line is one pair: nothing is read that no ray asked for.
   localparam config_t ConfigEcp5 = '{
-      levels: 1, lanes: 4, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128,
-      triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, pixels: 0};
+      levels: 1, lanes: 4, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128, triangle_lines: 1024,
+      ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, leaf_returns: 0, pixels: 0};
+  // `ecp5` with every means that saves clocks: returns from leaves past the result unit, twice as many miss registers.
+  localparam config_t ConfigFast = '{
+      levels: 1, lanes: 4, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128, triangle_lines: 1024,
+      ways: 2, mshrs: 16, mail_entries: 8, hit_lines: 32, fill_hops: 1, launch_hops: 1, leaf_hops: 1, leaf_returns: 1, pixels: 0};
   // One lane of `ecp5`.
   localparam config_t ConfigEcp5l1 = '{
-      levels: 1, lanes: 1, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128,
-      triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, pixels: 0};
+      levels: 1, lanes: 1, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128, triangle_lines: 1024,
+      ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, leaf_returns: 0, pixels: 0};
   // Two lanes of `ecp5`.
   localparam config_t ConfigEcp5l2 = '{
-      levels: 1, lanes: 2, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128,
-      triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, pixels: 0};
+      levels: 1, lanes: 2, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128, triangle_lines: 1024,
+      ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, leaf_returns: 0, pixels: 0};
   // Six lanes; the block RAMs of the part hold half a node cache for each.
   localparam config_t ConfigEcp5l6 = '{
-      levels: 1, lanes: 6, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 1024, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128,
-      triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, pixels: 0};
+      levels: 1, lanes: 6, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 1024, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128, triangle_lines: 1024,
+      ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, leaf_returns: 0, pixels: 0};
   // Two lanes for a memory that reads 64 bytes at a time, such as DRAM behind a controller.
   localparam config_t ConfigEcp5g64 = '{
-      levels: 1, lanes: 2, contexts_per_lane: 32, data_bits: 64, granule_bytes: 64, node_pairs: 2048, node_line_pairs: 4, leaf_lines: 1024, list_lines: 128,
-      triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, pixels: 0};
+      levels: 1, lanes: 2, contexts_per_lane: 32, data_bits: 64, granule_bytes: 64, node_pairs: 2048, node_line_pairs: 4, leaf_lines: 1024, list_lines: 128, triangle_lines: 1024,
+      ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, leaf_returns: 0, pixels: 0};
   // Four lanes on a bus of 16 bytes. Lanes are the limit, so a line is two pairs (fewer misses), and twice as many contexts keep them busy.
   localparam config_t ConfigEcp5x128 = '{
-      levels: 1, lanes: 4, contexts_per_lane: 64, data_bits: 128, granule_bytes: 16, node_pairs: 2048, node_line_pairs: 2, leaf_lines: 1024, list_lines: 128,
-      triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, pixels: 0};
+      levels: 1, lanes: 4, contexts_per_lane: 64, data_bits: 128, granule_bytes: 16, node_pairs: 2048, node_line_pairs: 2, leaf_lines: 1024, list_lines: 128, triangle_lines: 1024,
+      ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, leaf_returns: 0, pixels: 0};
   // Two levels, as Dynamic SaarCOR has them: `ecp5l2` for images with instances, whose records share the lines of the triangles.
   localparam config_t ConfigSaarcor = '{
-      levels: 2, lanes: 2, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128,
-      triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, pixels: 0};
+      levels: 2, lanes: 2, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128, triangle_lines: 1024,
+      ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, leaf_returns: 0, pixels: 0};
   // For larger parts.
   localparam config_t ConfigWide = '{
-      levels: 1, lanes: 8, contexts_per_lane: 32, data_bits: 128, granule_bytes: 16, node_pairs: 1024, node_line_pairs: 2, leaf_lines: 512, list_lines: 64,
-      triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, pixels: 0};
+      levels: 1, lanes: 8, contexts_per_lane: 32, data_bits: 128, granule_bytes: 16, node_pairs: 1024, node_line_pairs: 2, leaf_lines: 512, list_lines: 64, triangle_lines: 1024,
+      ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, leaf_returns: 0, pixels: 0};
   // `ecp5` that makes rays and pixels itself: a frame needs a camera and nothing else from the host.
   localparam config_t ConfigChip = '{
-      levels: 1, lanes: 4, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128,
-      triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, pixels: 1};
+      levels: 1, lanes: 4, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128, triangle_lines: 1024,
+      ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, leaf_returns: 0, pixels: 1};
 
   // Sources of read requests: the upper bits of ARID. Those of the core come first.
   localparam int unsigned SourceHeader = 0;
@@ -77,10 +82,13 @@ package rt_config_pkg;
   localparam int unsigned Sources = 7;
 
   // Counters of the register map: the increments of one clock as a record (in memory order the first counter is the lowest), and as an array.
-  localparam int unsigned CounterCount = 34;
+  localparam int unsigned CounterCount = 37;
   localparam int unsigned CounterStepBits = 10;
   typedef logic [CounterStepBits-1:0] counter_step_t;
   typedef struct packed {
+    counter_step_t result_blocked;
+    counter_step_t result_starved;
+    counter_step_t result_busy;
     counter_step_t context_clocks;
     counter_step_t reference_blocked;
     counter_step_t reference_starved;
@@ -153,6 +161,9 @@ package rt_config_pkg;
     counter_max_steps.reference_starved = counter_step_t'(1);
     counter_max_steps.reference_blocked = counter_step_t'(1);
     counter_max_steps.context_clocks = counter_step_t'(config_i.lanes * config_i.contexts_per_lane);
+    counter_max_steps.result_busy = counter_step_t'(1);
+    counter_max_steps.result_starved = counter_step_t'(1);
+    counter_max_steps.result_blocked = counter_step_t'(1);
   endfunction
 
 endpackage

@@ -6,8 +6,8 @@ package rt_core_pkg;
 
   localparam int unsigned AddrBits = 40;
   localparam int unsigned LineShift = 6;  // 64-byte lines
-  localparam int unsigned MshrIdBits = 3;
-  localparam int unsigned SourceBits = 4;
+  localparam int unsigned MshrIdBits = 4;
+  localparam int unsigned SourceBits = 3;
   localparam int unsigned GenerationBits = 15;  // a generation of contexts every 2^GenerationBits clocks (rt_generation)
   localparam int unsigned IdBits = SourceBits + MshrIdBits;
 
@@ -168,6 +168,7 @@ package rt_core_pkg;
     logic                         up;      // climb: read `parent`; otherwise descend: read `node`
     rt_contract_pkg::node_index_t parent;
     rt_contract_pkg::node_index_t node;
+    rt_contract_pkg::t_limit_t    t_near;    // t of the best hit, t_max without one; used with Config.leaf_returns
   } launch_t;
 
   // What a lane says about a ctx: it has arrived at a leaf (event EventGoOn), or it ends.

@@ -78,11 +78,12 @@ module rt_launch #(
   logic [BlockBits-1:0]                new_in_block_q;
   logic [LaneBits-1:0]                 new_lane_q;
   logic [LaneContextBits-1:BlockBits]  new_block_q;
-  logic                                new_taken, new_block_ends, new_turn_ends;
-  assign new_taken      = !next_valid_q && new_left_q;
+  logic                                next_open, new_taken, new_block_ends, new_turn_ends;
+  assign next_open      = !next_valid_q || launch;
+  assign new_taken      = next_open && new_left_q;
   assign new_block_ends = new_taken && new_in_block_q == '1;
   assign new_turn_ends  = new_block_ends && new_lane_q == LaneBits'(Config.lanes - 1);
-  assign freed_take = !next_valid_q && !new_left_q && freed_valid;
+  assign freed_take = next_open && !new_left_q && freed_valid;
   rt_fifo #(
       .Depth (Contexts),
       .data_t(logic [ContextBits-1:0])
@@ -108,8 +109,7 @@ module rt_launch #(
     if (axis_valid_o && !axis_is_last) axis_q <= axis_q + 1'b1;
     if (launch || !rst_ni) axis_q <= '0;
     used_q <= used_q + (ContextBits + 1)'(launch) - (ContextBits + 1)'(free_valid_i);
-    if (launch) next_valid_q <= 1'b0;
-    if (!next_valid_q) begin
+    if (next_open) begin
       next_valid_q   <= new_left_q || freed_valid;
       next_context_q <= new_left_q ? ContextBits'({new_lane_q, new_block_q, new_in_block_q}) : freed_context;
     end
@@ -133,6 +133,7 @@ module rt_launch #(
   assign launch_context_o = next_context_q;
   always_comb begin
     launch_o = '0;
+    if (Config.leaf_returns != 0) launch_o.t_near = setup_out.t_max;
     if (setup_tag.error) launch_o.fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBusError);
     else if (!setup_out.valid[0]) launch_o.fault = rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadRay);
     axis_o = '{

@@ -8,8 +8,8 @@
 // Reads       Whole granules that hold the fields; where that leaves out the end of a record, one ray a burst. Otherwise at most RaysPerBurst
 //             rays, within an aligned block of as many, so that no burst crosses 4 KB; as many in flight as there is room
 //             for their beats. One id, so the answers come in order; u_order remembers which rays they are.
-// Rate        One burst in Settle + 1 clocks, one ray in RayBeats + 1: a ray is traced for many more, so index and
-//             address are found step by step, each in a register, and a ray is put together beat by beat.
+// Rate        The first burst of a tile's row in Settle + 1 clocks: index and address are found step by step, each in a register. The others in as many, or,
+//             where a burst is one ray, in one clock each: what was found grows by one. A ray is put together beat by beat, in RayBeats clocks.
 // Faults      A ray that could not be read is marked, and goes on.
 // End         done_o from the clock after start_i until all rays are handed over is 0.
 `include "rt_assert.svh"
@@ -70,6 +70,9 @@ module rt_ray_source #(
   logic                             fetch_valid_q;
   rt_core_pkg::read_request_t       fetch_q;
   order_t                           order;
+  // The next ray of the row, whose burst is one as well.
+  localparam bit SingleRays = RaysPerBurst == 1 && GranuleRays == 1;
+  logic next_in_row;
 
   // What follows from the position, a register after each sum or comparison; settle_q counts down until all of it is there.
   localparam int unsigned Settle = 5;
@@ -102,6 +105,14 @@ module rt_ray_source #(
     addr_q    <= base_i + rt_core_pkg::AddrBits'({index_q, RayShift'(0)});
     // 4
     burst_q <= smallest(to_boundary, in_tile_q, in_row_q, in_list_q);
+    if (next_in_row) begin
+      in_tile_q <= in_tile_q - 1'b1;
+      index_q   <= index_q + 32'd1;
+      in_row_q  <= in_row_q - 32'd1;
+      in_list_q <= in_list_q - 32'd1;
+      addr_q    <= addr_q + rt_core_pkg::AddrBits'(rt_contract_pkg::RayBytes);
+      burst_q   <= 3'd1;
+    end
   end
   function automatic logic [2:0] smallest(logic [2:0] boundary, logic [TileBits:0] tile, logic [31:0] image_row, logic [31:0] list);
     smallest = boundary;
@@ -110,12 +121,14 @@ module rt_ray_source #(
     if (list[31:3] == '0 && smallest > list[2:0]) smallest = list[2:0];
   endfunction
 
+  assign next_in_row = SingleRays && fetch_go && !row_ends;
+
   assign fetch_open = settle_q == '0 && left_q != '0 && room_q >= RoomBits'(RaysPerBurst) && order_room && (!fetch_valid_q || fetch_ready_i);
   assign fetch_go   = fetch_open && burst_q != '0;
   assign row_ends   = fetch_open && ((TileBits + 1)'(burst_q) == in_tile_q || 32'(burst_q) == in_row_q || 32'(burst_q) == in_list_q);
   assign last_line  = row_q == '0 || line_number_q == LineBits'(TileHeight - 1);
   always_ff @(posedge clk_i) begin
-    if (start_i || fetch_open) settle_q <= SettleBits'(Settle);
+    if (start_i || (fetch_open && !next_in_row)) settle_q <= SettleBits'(Settle);
     else if (settle_q != '0) settle_q <= settle_q - 1'b1;
     if (start_i) begin
       left_q        <= count_i;
@@ -178,7 +191,7 @@ module rt_ray_source #(
   assign fetch_valid_o = fetch_valid_q;
   assign fetch_o       = fetch_q;
 
-  // --- answers: beats wait in a block RAM, and are put together to a ray when rt_ray_setup has taken the one before ---
+  // --- answers: beats wait in a block RAM, and are put together to a ray from the clock on in which rt_ray_setup takes the one before ---
   typedef struct packed {
     logic                error;
     logic [DataBits-1:0] data;
@@ -209,36 +222,33 @@ module rt_ray_source #(
 
   logic [RayBeats-1:0][DataBits-1:0] gather_q;
   logic [BeatBits-1:0]               beat_q;  // of the ray that is being put together
-  logic                              gathered_q, ray_valid_q, ray_error_q, ray_taken, last_beat, wanted;
+  logic                              ray_valid_q, ray_error_q, ray_taken, last_beat, wanted;
   logic [31:0]                       ray_index_q;
   logic [2:0]                        ray_number_q;  // rays of the oldest burst before this one
   rt_contract_pkg::ray_record_t      ray;
-  assign beat_take = !gathered_q && !ray_valid_q;
-  assign last_beat = beat_valid && beat_take && beat_q == BeatBits'(RayBeats - 1);
-  assign burst_ends = gathered_q && ray_number_q + 3'd1 == order.total;
+  assign beat_take  = !ray_valid_q || ray_taken;
+  assign last_beat  = beat_valid && beat_take && beat_q == BeatBits'(RayBeats - 1);
+  assign burst_ends = last_beat && ray_number_q + 3'd1 == order.total;
   assign wanted     = ray_number_q >= 3'(order.skip) && ray_number_q < order.count + 3'(order.skip);
-  assign ray       = rt_contract_pkg::RayUsedBits'(gather_q);
+  assign ray        = rt_contract_pkg::RayUsedBits'(gather_q);
   always_ff @(posedge clk_i) begin
-    gathered_q <= last_beat;
-    if (ray_taken) ray_valid_q <= 1'b0;
+    if (beat_take) begin
+      ray_valid_q <= last_beat && wanted;
+      ray_index_q <= order.index + 32'(3'(ray_number_q - 3'(order.skip)));  // of a wanted ray it is not negative
+    end
     if (beat_valid && beat_take) begin
       gather_q    <= {beat.data, gather_q[RayBeats-1:1]};
       beat_q      <= last_beat ? '0 : beat_q + 1'b1;
       ray_error_q <= beat.error || (beat_q != '0 && ray_error_q);
     end
-    if (gathered_q) begin
-      ray_valid_q  <= wanted;
-      ray_index_q  <= order.index + 32'(3'(ray_number_q - 3'(order.skip)));  // of a wanted ray it is not negative
-      ray_number_q <= burst_ends ? '0 : ray_number_q + 3'd1;
-    end
+    if (last_beat) ray_number_q <= burst_ends ? '0 : ray_number_q + 3'd1;
     if (!rst_ni) begin
-      gathered_q   <= 1'b0;
       ray_valid_q  <= 1'b0;
       beat_q       <= '0;
       ray_number_q <= '0;
     end
   end
-  always_ff @(posedge clk_i) ray_leaves_q <= (ray_taken || (gathered_q && !wanted)) && rst_ni;
+  always_ff @(posedge clk_i) ray_leaves_q <= (ray_taken || (last_beat && !wanted)) && rst_ni;
 
   assign ray_taken   = ray_valid_q && ray_ready_i;
   assign ray_valid_o = ray_valid_q;
@@ -252,7 +262,7 @@ module rt_ray_source #(
       };
   assign done_o = left_q == '0 && !order_valid && !ray_valid_q;
 
-  `RT_ASSERT(RayIsExpected, !gathered_q || order_valid)
+  `RT_ASSERT(RayIsExpected, !last_beat || order_valid)
   `RT_ASSERT(BeatsHaveRoom, !fill_valid_q || beat_room)
   `RT_ASSERT_STREAM(Rays, ray_valid_o, ray_ready_i, ray_o)
 endmodule

@@ -236,6 +236,9 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t reference_starved;
     uint32_t reference_blocked;
     uint32_t context_clocks;
+    uint32_t result_busy;
+    uint32_t result_starved;
+    uint32_t result_blocked;
 } rt_regs__counters_t;
 
 // addrmap - rt_regs
@@ -265,7 +268,7 @@ typedef struct __attribute__ ((__packed__)) {
 } rt_regs_t;
 
 
-static_assert(sizeof(rt_regs_t) == 0x188, "Packing error");
+static_assert(sizeof(rt_regs_t) == 0x194, "Packing error");
 
 #ifdef __cplusplus
 }

@@ -42,8 +42,9 @@ void CoreCounters::add(const CoreCounters& o) {
                                                 &CoreCounters::write_beats,
                                                 &CoreCounters::context_clocks};
   for (auto member : plain) this->*member += o.*member;
-  UnitClocks CoreCounters::*const units[] = {&CoreCounters::lanes, &CoreCounters::leaf_unit, &CoreCounters::references,
-                                             &CoreCounters::tri_test, &CoreCounters::bus};
+  UnitClocks CoreCounters::*const units[] = {&CoreCounters::lanes,      &CoreCounters::leaf_unit,
+                                             &CoreCounters::references, &CoreCounters::tri_test,
+                                             &CoreCounters::results,    &CoreCounters::bus};
   for (auto member : units) {
     (this->*member).busy += (o.*member).busy;
     (this->*member).starved += (o.*member).starved;
@@ -236,6 +237,7 @@ CoreCounters CoreDriver::counters() {
   RT_UNIT(leaf_unit, leaf);
   RT_UNIT(references, reference);
   RT_UNIT(tri_test, test);
+  RT_UNIT(results, result);
   RT_UNIT(bus, bus);
 #undef RT_UNIT
   return c;

@@ -40,7 +40,7 @@ struct CoreCounters : WorkTotals {
   std::uint64_t clocks = 0, faults = 0;
   std::uint64_t node_hits = 0, node_misses = 0, leaf_hits = 0, leaf_misses = 0, list_hits = 0, list_misses = 0,
                 triangle_hits = 0, triangle_misses = 0, read_beats = 0, write_beats = 0, context_clocks = 0;
-  UnitClocks lanes, leaf_unit, references, tri_test, bus;
+  UnitClocks lanes, leaf_unit, references, tri_test, results, bus;
 
   std::uint64_t node_steps() const { return visits(); }
   void add(const CoreCounters& other);

@@ -29,7 +29,7 @@ BROKEN = [
     ({"triangle_lines": 1000}, "SetsPowerOfTwo"),
     ({"ways": 4}, "WaysKnown"),
     ({"mshrs": 1}, "MshrsFit"),
-    ({"mshrs": 16}, "MshrsFit"),
+    ({"mshrs": 32}, "MshrsFit"),
     ({"mail_entries": 6}, "MailPowerOfTwo"),
     ({"hit_lines": 1}, "LinesKnown"),
     ({"hit_lines": 12}, "LinesKnown"),
@@ -38,8 +38,10 @@ BROKEN = [
     ({"levels": 3}, "LevelsKnown"),
     ({"levels": 2, "contexts_per_lane": 64}, "ContextsOfLevelsFit"),
     ({"pixels": 2}, "PixelsKnown"),
+    ({"leaf_returns": 2}, "LeafReturnsOfOneLevel"),
+    ({"leaf_returns": 1, "levels": 2}, "LeafReturnsOfOneLevel"),
 ]
-ALLOWED = [{"lanes": 8, "contexts_per_lane": 64}, {"contexts_per_lane": 16}, {"granule_bytes": 64, "node_line_pairs": 4}, {"ways": 1}, {"mail_entries": 0}, {"hit_lines": 2},
+ALLOWED = [{"lanes": 8, "contexts_per_lane": 64}, {"contexts_per_lane": 16}, {"granule_bytes": 64, "node_line_pairs": 4}, {"ways": 1}, {"mail_entries": 0}, {"hit_lines": 2}, {"mshrs": 16}, {"leaf_returns": 1, "launch_hops": 0},
            {"fill_hops": 0, "launch_hops": 0, "leaf_hops": 0}, {"levels": 2}, {"levels": 2, "mail_entries": 0, "launch_hops": 0},
            {"pixels": 1}, {"pixels": 1, "data_bits": 128, "granule_bytes": 64, "node_line_pairs": 4}]
 

@@ -9,6 +9,6 @@ namespace retrace::cosim {
 inline constexpr std::array<const char*, 7> kReadSources{"header", "leaf", "list", "triangle", "node", "ray", "material"};
 
 /// Configurations of rtl/targets/core.toml.
-inline constexpr std::array<const char*, 10> kShippedConfigurations{"small", "ecp5", "ecp5l1", "ecp5l2", "ecp5l6", "ecp5g64", "ecp5x128", "saarcor", "wide", "chip"};
+inline constexpr std::array<const char*, 11> kShippedConfigurations{"small", "ecp5", "fast", "ecp5l1", "ecp5l2", "ecp5l6", "ecp5g64", "ecp5x128", "saarcor", "wide", "chip"};
 
 }  // namespace retrace::cosim

@@ -62,6 +62,7 @@ struct Arguments {
   bool shadow = false, tiles = true;
   std::pair<int, int> rows;
   int tile = 1;
+  BuildOptions build;
 };
 
 int run(Arguments& arguments) {
@@ -72,7 +73,7 @@ int run(Arguments& arguments) {
   RtlOptions& options = arguments.rtl;
   options.ray_row = arguments.tiles ? static_cast<std::uint32_t>(width) : 0;
 
-  const auto [scene, world, grid, image] = prepare_scene(open_scene(arguments.scene));
+  const auto [scene, world, grid, image] = prepare_scene(open_scene(arguments.scene), arguments.build);
   const ViewCamera view = default_view(scene, world);
   std::vector<GridRay> rays;
   // tile = 1 is image order.
@@ -124,6 +125,7 @@ int run(Arguments& arguments) {
   print_unit("leaf unit", c.leaf_unit);
   print_unit("references", c.references);
   print_unit("tri_test", c.tri_test);
+  print_unit("results", c.results);
   print_unit("bus", c.bus);
   return differ == 0 ? 0 : 1;
 }
@@ -173,6 +175,9 @@ int main(int argc, char** argv) {
       ->transform(CLI::CheckedTransformer(std::map<std::string, bool>{{"tiles", true}, {"rows", false}}));
   app.add_option("--tile", a.tile, "The list itself in tiles of so many pixels; 1: image order")
       ->check(CLI::Range(1, 4096));
+  app.add_option("--intersection-cost", a.build.intersection_cost, "Of the builder, against the cost of a step")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   return run_program(
       app, argc, argv,
       [&] {

@@ -90,8 +90,8 @@ CoreReport report_of(const Engine& engine) {
   report.hit_rates = {{"node", hit_rate(c.node_hits, c.node_misses)},
                       {"leaf", hit_rate(c.leaf_hits, c.leaf_misses)},
                       {"triangle", hit_rate(c.triangle_hits, c.triangle_misses)}};
-  report.units = {unit("lanes", c.lanes), unit("leaf_unit", c.leaf_unit), unit("references", c.references),
-                  unit("tri_test", c.tri_test), unit("bus", c.bus)};
+  report.units = {unit("lanes", c.lanes),       unit("leaf_unit", c.leaf_unit), unit("references", c.references),
+                  unit("tri_test", c.tri_test), unit("results", c.results),     unit("bus", c.bus)};
   return report;
 }
 
