@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Instances placed in every way through golden model and kernels, ray by ray: writes docs/instances.md.
 
-usage: scripts/instances.py [--retrace PROGRAM] [--size WxH] [--output FILE.md]
+usage: scripts/instances.py [--retrace PROGRAM] [--size WxH] [--scenes SCENE...] [--output FILE.md]
 
 Exit code 1 if a comparison has a violation or a lost hit, or the program ends otherwise than with 0.
 """
@@ -43,11 +43,15 @@ def main():
     parser.add_argument("--retrace", type=pathlib.Path, default=ROOT / "build/release/testbench/program/retrace")
     parser.add_argument("--size", default="320x240")
     parser.add_argument("--output", type=pathlib.Path, default=ROOT / "docs/instances.md")
+    parser.add_argument("--scenes", nargs="+", metavar="SCENE", help="some of the table, as it names them; default: all")
     arguments = parser.parse_args()
+    scenes = [entry for entry in SCENES if not arguments.scenes or entry[0] in arguments.scenes]
+    if not scenes:
+        sys.exit("instances: --scenes takes some of " + " ".join(scene for scene, _ in SCENES))
     text, failed = HEAD % ((arguments.size,) * 3), []
     with tempfile.TemporaryDirectory(prefix="retrace-instances-") as work:
         stats = pathlib.Path(work) / "stats.json"
-        for scene, what in SCENES:
+        for scene, what in scenes:
             command = [str(arguments.retrace), "compare", scene, "--two-level", "on", "--engines", "golden,csim", "--size", arguments.size, "--quiet", "--stats", str(stats)]
             result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
             if result.returncode not in (0, 1) or not stats.exists():
@@ -61,8 +65,8 @@ def main():
             about = document["scene"]
             text += "| `%s` | %s | %s | %s | %.1f | %s |\n" % (scene, what, format(about["instances"], ","), format(about["triangles"], ","), about["image_bytes"] / 1e6,
                                                                " | ".join(format(count, ",") for count in counts))
+            arguments.output.write_text(text, encoding="utf-8")  # so far: the scenes take minutes each
             print("%-26s %s" % (scene, dict(zip(("rays", *CLASSES, "lost", "false"), counts))), flush=True)
-    arguments.output.write_text(text, encoding="utf-8")
     if failed:
         sys.exit("instances: violations or lost hits in " + ", ".join(failed))
 
