@@ -48,7 +48,6 @@ constexpr std::uint32_t kInline = contract::kLeafInline;
 /// Nodes of at least this many triangles use several threads, and their children are tasks of their own.
 constexpr std::size_t kParallel = 4096;
 /// Deepest tree, whatever the options say: it bounds the recursion.
-constexpr int kDeepest = 192;
 /// Allowance of a pass that is not limited node by node.
 constexpr std::int64_t kUnlimited = std::numeric_limits<std::int64_t>::max();
 
@@ -240,7 +239,7 @@ class Builder {
     const double n = static_cast<double>(std::max<std::size_t>(scene.triangles.size(), 1));
     const int deepest =
         options.max_depth > 0 ? options.max_depth : static_cast<int>(std::lround(6 + 1.2 * std::log2(n)));
-    max_depth_ = std::min(deepest, kDeepest);
+    max_depth_ = std::min(deepest, kMaxTreeDepth);
   }
 
   /// False if the budget was exceeded; `root` is of no use then.

@@ -8,6 +8,9 @@
 
 namespace retrace {
 
+/// The deepest tree that is built.
+inline constexpr int kMaxTreeDepth = 192;
+
 struct BuildOptions {
   enum class Split { kSah, kSpatialMedian, kObjectMedian };
   Split split = Split::kSah;
@@ -15,7 +18,7 @@ struct BuildOptions {
   double intersection_cost = 0.75;       ///< cost of a triangle test (measured choice, see docs/memory-image.md)
   double empty_bonus = 0.9;              ///< factor on the cost of a split that cuts off empty space
   bool clip = true;                      ///< triangles to their cells; false: a triangle counts as its bounding box
-  int max_depth = 0;                     ///< 0: 6 + 1.2 log2(N) (measured choice); 192 at most
+  int max_depth = 0;                     ///< 0: 6 + 1.2 log2(N) (measured choice); kMaxTreeDepth at most
   double budget = 16;                    ///< splits and duplicated references, at most, in multiples of N
   std::function<void(double)> progress;  ///< fraction done, from any thread; may be empty
 };

@@ -43,6 +43,29 @@ find_package(nlohmann_json REQUIRED)
 find_package(glm REQUIRED)
 find_package(embree 3 QUIET)  # oracle of the tests and yardstick of `retrace bench`; never needed to run the program
 
+# The Python module, where the Python that tests run with has nanobind (scripts/setup.sh --tools).
+if(RETRACE_PYTHON)
+  if(NOT SKBUILD AND NOT Python_EXECUTABLE AND EXISTS ${CMAKE_SOURCE_DIR}/.env/py/bin/python)
+    set(Python_EXECUTABLE ${CMAKE_SOURCE_DIR}/.env/py/bin/python)
+  endif()
+  find_package(Python 3.11 QUIET COMPONENTS Interpreter Development.Module)
+  execute_process(COMMAND ${Python_EXECUTABLE} -m nanobind --cmake_dir OUTPUT_VARIABLE nanobind_ROOT OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+  if(Python_FOUND)
+    find_package(nanobind CONFIG QUIET)
+  endif()
+  if(RETRACE_SANITIZE OR NOT nanobind_FOUND)
+    if(SKBUILD)
+      message(FATAL_ERROR "The Python module needs nanobind and the headers of Python (Debian: python3-dev)")
+    endif()
+    message(STATUS "No Python module: it needs nanobind, the headers of Python (scripts/setup.sh --tools) and a build without sanitizers")
+    set(RETRACE_PYTHON OFF)
+  endif()
+endif()
+# With the RTL the models have to be compiled for a shared library; the program's are not.
+if(RETRACE_PYTHON AND SKBUILD)
+  set(RETRACE_PYTHON_RTL ${RETRACE_RTL})
+endif()
+
 set(_ap_candidates ${RETRACE_AP_TYPES})
 if(NOT RETRACE_AP_TYPES)
   foreach(_root $ENV{XILINX_HLS} $ENV{XILINX_VITIS})
@@ -113,7 +136,8 @@ endfunction()
 
 # The registry of engines (golden/engine/registry.hpp). retrace_register_engine(<library> <function>): the engine whose EngineKind the function
 # `retrace::<function>()` of the library returns. retrace_absent_engine(<name> <remedy>): what a program says of an engine that is left out.
-# retrace_engine_list(<target>): links all engines registered so far and gives the target `register_engines()`.
+# retrace_engine_list(<target> [<name> <remedy>]...): links all engines registered so far and gives the target `register_engines()`; further names are of
+# engines that only this target leaves out.
 function(retrace_register_engine library function)
   set_property(GLOBAL APPEND PROPERTY RETRACE_ENGINES ${library} ${function})
 endfunction()
@@ -123,6 +147,7 @@ endfunction()
 function(retrace_engine_list target)
   get_property(engines GLOBAL PROPERTY RETRACE_ENGINES)
   get_property(absent GLOBAL PROPERTY RETRACE_ABSENT_ENGINES)
+  list(APPEND absent ${ARGN})
   set(declarations)
   set(calls)
   while(engines)

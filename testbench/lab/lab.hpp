@@ -117,6 +117,9 @@ std::array<RayBatch, kKinds> make_rays(const TracedScene& scene, const LabOption
 /// What reports call a scene: a file's name without folder and extension, or the generator as it was written.
 std::string scene_name(const std::string& spec);
 
+/// Throws UsageError if one of LabOptions::only is no beginning of a key.
+void check_structures(const std::vector<std::string>& only);
+
 /// Opens a scene (scenes/open_scene.hpp) and measures everything. Throws Error.
 SceneReport measure(const std::string& spec, const LabOptions& options);
 

@@ -59,17 +59,7 @@ LabOptions parse(const Arguments& a) {
   if (options.caches.empty() || options.caches.size() > 8)
     throw UsageError("--caches takes up to 8 sizes in KB, powers of two from 1 to 65536, separated by commas, not '" +
                      a.caches + "'");
-  for (const std::string& o : a.only) {
-    bool known = false;
-    for (const accel::Technique& t : accel::catalogue())
-      known = known || (t.key != "brute-force" && t.key.starts_with(o));
-    if (!known) {
-      std::string keys;
-      for (const accel::Technique& t : accel::catalogue())
-        if (t.key != "brute-force") keys += (keys.empty() ? "" : ", ") + t.key;
-      throw UsageError("--only: no structure '" + o + "'; there are: " + keys);
-    }
-  }
+  check_structures(a.only);
   options.only = a.only;
   options.camera = a.camera;
   options.contexts = a.contexts;

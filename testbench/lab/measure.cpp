@@ -219,6 +219,20 @@ std::string scene_name(const std::string& spec) {
   return std::filesystem::exists(spec) ? std::filesystem::path(spec).stem().string() : spec;
 }
 
+void check_structures(const std::vector<std::string>& only) {
+  for (const std::string& o : only) {
+    bool known = false;
+    for (const accel::Technique& t : accel::catalogue())
+      known = known || (t.key != "brute-force" && t.key.starts_with(o));
+    if (!known) {
+      std::string keys;
+      for (const accel::Technique& t : accel::catalogue())
+        if (t.key != "brute-force") keys += (keys.empty() ? "" : ", ") + t.key;
+      throw UsageError("--only: no structure '" + o + "'; there are: " + keys);
+    }
+  }
+}
+
 SceneReport measure(const std::string& spec, const LabOptions& options) {
   const double start = now();
   const std::string name = scene_name(spec);

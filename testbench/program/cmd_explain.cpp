@@ -107,7 +107,7 @@ void print_steps(const std::vector<Explained>& engines) {
   std::printf("\n");
   for (std::size_t i = 0; i < steps; ++i) {
     std::string line;
-    char head[32];
+    char head[64];
     const auto longest = std::find_if(engines.begin(), engines.end(),
                                       [&](const Explained& engine) { return i < engine.walk.calls.size(); });
     std::snprintf(head, sizeof head, "%5zu  %-12s", i, to_string(longest->walk.calls[i].stage));

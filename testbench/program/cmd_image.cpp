@@ -21,36 +21,6 @@ struct InfoArguments {
   bool json = false;
 };
 
-nlohmann::ordered_json info_json(const ImageStatistics& s, const contract::HeaderRecord& header) {
-  nlohmann::ordered_json json = {{"version", header.version},
-                                 {"triangles", s.triangles},
-                                 {"nodes", s.nodes},
-                                 {"interior", s.interior},
-                                 {"leaves", s.leaves},
-                                 {"empty_leaves", s.empty_leaves},
-                                 {"references", s.references},
-                                 {"references_per_triangle", s.references_per_triangle},
-                                 {"references_per_leaf", s.references_per_leaf},
-                                 {"largest_leaf", s.max_leaf},
-                                 {"max_depth", s.max_depth},
-                                 {"step_limit", header.step_limit},
-                                 {"sah_cost", s.sah_cost},
-                                 {"bytes", s.bytes},
-                                 {"pair_bytes", s.pair_bytes},
-                                 {"leaf_bytes", s.leaf_bytes},
-                                 {"list_bytes", s.list_bytes},
-                                 {"triangle_bytes", s.triangle_bytes},
-                                 {"depth_histogram", s.depth_histogram},
-                                 {"leaf_size_histogram", s.leaf_size_histogram}};
-  if (header.version == static_cast<std::uint32_t>(contract::kImageVersionTwoLevels))
-    json.update({{"instances", s.instances},
-                 {"objects", s.objects},
-                 {"instanced_triangles", s.instanced_triangles},
-                 {"instance_references", s.instance_references},
-                 {"instance_bytes", s.instance_bytes}});
-  return json;
-}
-
 void print_histogram(const char* title, const std::vector<std::uint64_t>& counts, bool open_end) {
   std::printf("\n%s\n", title);
   const std::uint64_t largest = counts.empty() ? 0 : *std::max_element(counts.begin(), counts.end());
@@ -89,7 +59,7 @@ void run_info(const InfoArguments& a, const Common& common) {
   const ImageStatistics s = describe(image);
   if (a.json) {
     nlohmann::ordered_json all = head;
-    all.update(info_json(s, image.header()));
+    all.update(image_json(s, image.header()));
     std::printf("%s\n", all.dump(2).c_str());
     return;
   }

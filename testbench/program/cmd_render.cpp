@@ -102,18 +102,7 @@ void run_render(RenderArguments& a, const Common& common) {
   parse_exposure(a.exposure, 1.0);
   check_options(a.engine, options.trace);
   if (common.two_levels == TwoLevels::kOn) check_instances(a.engine);
-  for (const std::string& name : a.aovs) {
-    bool known = false;
-    std::string names;
-    for (const Aov& aov : known_aovs()) {
-      known = known || name == aov.name;
-      names += (names.empty() ? "" : ", ") + std::string(aov.name);
-    }
-    if (!known) throw UsageError("there is no AOV '" + name + "'; there are: " + names);
-    const bool of_work = name != "depth" && name != "normal" && name != "id";
-    if (of_work && !find_engine(a.engine).counts_work)
-      throw UsageError("engine " + a.engine + " does not count the work of each ray: there is no AOV " + name);
-  }
+  check_aovs(a.aovs, a.engine);
   if (a.on_chip && a.animation) throw UsageError("--on-chip makes a single picture: no --animation");
   if (a.on_chip) return run_on_chip(a, common);
   if (a.animation) return run_animation(a, common);

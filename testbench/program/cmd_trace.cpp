@@ -1,13 +1,12 @@
 // retrace trace: any rays from a NumPy file, hits to a NumPy file.
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <limits>
 #include <memory>
 
 #include "golden/base/output_file.hpp"
 #include "golden/engine/registry.hpp"
 #include "golden/gltf/gltf_loader.hpp"
-#include "golden/render/renderer.hpp"
+#include "golden/render/ray_rows.hpp"
 #include "golden/render/surface.hpp"
 #include "testbench/program/commands.hpp"
 #include "testbench/program/npy.hpp"
@@ -38,74 +37,27 @@ void run_trace(const TraceArguments& a, const Common& common) {
   const LoadedScene loaded = load_scene(a.scene, common, false);
   const Surfaces surfaces(loaded.scene, loaded.world, loaded.grid);
   const std::unique_ptr<Engine> engine = make_engine(a.engine, loaded.grid, loaded.image);
-  std::vector<NpyHit> results(rows.size());
-  std::vector<GridRay> rays;
-  std::vector<Hit> hits;
-  std::vector<RayWork> work;
-  WorkTotals totals;
-  double seconds = 0;
-  std::size_t found = 0;
+  std::vector<SceneHit> results(rows.size());
   Progress progress("trace " + loaded.name + " (" + engine->name() + ")", common.quiet);
-  constexpr std::size_t kWave = std::size_t{1} << 17;
-  for (std::size_t begin = 0; begin < rows.size(); begin += kWave) {
-    const std::size_t n = std::min(kWave, rows.size() - begin);
-    rays.resize(n);
-    hits.assign(n, Hit{});
-    if (engine->counts_work()) work.assign(n, RayWork{});
-    for (std::size_t i = 0; i < n; ++i) {
-      const NpyRay& row = rows[begin + i];
-      WorldRay ray;
-      ray.origin = {row[0], row[1], row[2]};
-      ray.t_min = row[3];
-      ray.direction = {row[4], row[5], row[6]};
-      ray.t_max = row[7];
-      try {
-        rays[i] = quantise(ray, loaded.grid.transform, loaded.grid.box, a.any);
-      } catch (const Error& error) {
-        throw Error(a.input + ": ray " + std::to_string(begin + i) + ": " + error.what());
-      }
-    }
-    const double start = now();
-    engine->trace(rays, hits, work, options);
-    seconds += now() - start;
-    for (std::size_t i = 0; i < n; ++i) {
-      const Hit& hit = hits[i];
-      if (!work.empty()) totals.add(work[i]);
-      if (hit.status > contract::kStatusHit) {
-        throw Error("engine " + engine->name() + ": ray " + std::to_string(begin + i) + " ended with status " +
-                    std::to_string(hit.status));
-      }
-      NpyHit& result = results[begin + i];
-      result = {std::numeric_limits<double>::infinity(), -1, -1, -1, -1, 0.0, 0.0};
-      if (!hit.hit()) continue;
-      ++found;
-      const glm::dvec3 b = surfaces.file_barycentrics(hit);
-      const TriangleSource& source = loaded.world.sources[hit.id];
-      result.t = rays[i].t_base + rays[i].t_scale * hit.t;
-      const std::uint32_t posed_from = loaded.scene.meshes[source.mesh].source;
-      result.mesh = static_cast<std::int32_t>(posed_from != kNone ? posed_from : source.mesh);
-      result.primitive = static_cast<std::int32_t>(source.primitive);
-      result.triangle = static_cast<std::int32_t>(source.triangle);
-      result.node = static_cast<std::int32_t>(source.node);
-      result.u = b.y;
-      result.v = b.z;
-    }
-    progress.update(static_cast<double>(begin + n) / static_cast<double>(rows.size()));
-  }
+  RowsOptions how;
+  how.trace = options;
+  how.any = a.any;
+  how.totals = stats_file != nullptr;
+  how.source = a.input;
+  how.progress = [&](std::size_t done) {
+    progress.update(static_cast<double>(done) / static_cast<double>(rows.size()));
+  };
+  const RowsResult traced =
+      trace_rows(surfaces, *engine, {rows.empty() ? nullptr : rows.front().data(), rows.size()}, results, {}, how);
   progress.finish();
-  totals.rays = rows.size();
+  const WorkTotals& totals = traced.totals;
   output.write(format_hits(results));
   if (stats_file != nullptr) {
-    nlohmann::ordered_json json = {{"command", "trace"},
-                                   {"scene", scene_json(loaded)},
-                                   {"engine", engine->name()},
-                                   {"way_up", a.way_up},
-                                   {"mailbox", options.mailbox},
-                                   {"any", a.any},
-                                   {"rays", totals.rays},
-                                   {"hits", found},
-                                   {"work", nullptr},
-                                   {"trace_s", seconds}};
+    nlohmann::ordered_json json = {
+        {"command", "trace"},       {"scene", scene_json(loaded)}, {"engine", engine->name()},
+        {"way_up", a.way_up},       {"mailbox", options.mailbox},  {"any", a.any},
+        {"rays", totals.rays},      {"hits", traced.hits},         {"work", nullptr},
+        {"trace_s", traced.trace_s}};
     if (engine->counts_work())
       json["work"] = {{"down", totals.down},
                       {"up", totals.up},
@@ -116,8 +68,8 @@ void run_trace(const TraceArguments& a, const Common& common) {
   }
   files.commit();
   std::printf("%s: %s rays, %s hits, %s rays/s\n", a.output.c_str(), with_commas(rows.size()).c_str(),
-              with_commas(found).c_str(),
-              with_unit(seconds > 0 ? static_cast<double>(rows.size()) / seconds : 0.0).c_str());
+              with_commas(traced.hits).c_str(),
+              with_unit(traced.trace_s > 0 ? static_cast<double>(rows.size()) / traced.trace_s : 0.0).c_str());
 }
 
 }  // namespace

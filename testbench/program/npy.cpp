@@ -187,7 +187,7 @@ std::vector<NpyRay> read_rays(const std::filesystem::path& path) {
   return parse_rays(bytes, path.string());
 }
 
-std::string format_hits(std::span<const NpyHit> hits) {
+std::string format_hits(std::span<const SceneHit> hits) {
   std::string header =
       "{'descr': [('t', '<f8'), ('mesh', '<i4'), ('primitive', '<i4'), ('triangle', '<i4'), ('node', '<i4'), ('u', "
       "'<f8'), "

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "golden/render/ray_rows.hpp"
+
 namespace retrace::cli {
 
 /// A ray of a file: origin, t_min, direction, t_max, in scene units; direction of any length, t counts in its lengths.
@@ -29,15 +31,7 @@ NpyHeader parse_npy_header(std::string_view bytes, const std::string& name);
 std::vector<NpyRay> parse_rays(std::string_view bytes, const std::string& name);
 std::vector<NpyRay> read_rays(const std::filesystem::path& path);
 
-/// One hit as it stands in the file: packed, little endian, 40 bytes.
-struct NpyHit {
-  double t;                                      ///< infinite for a miss
-  std::int32_t mesh, primitive, triangle, node;  ///< -1 for a miss
-  double u, v;  ///< barycentrics of the second and third vertex as the file lists them; 0 for a miss
-};
-static_assert(sizeof(NpyHit) == 40);
-
 /// A structured array with the fields t, mesh, primitive, triangle, node, u, v.
-std::string format_hits(std::span<const NpyHit> hits);
+std::string format_hits(std::span<const SceneHit> hits);
 
 }  // namespace retrace::cli

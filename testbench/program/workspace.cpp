@@ -9,13 +9,13 @@
 #include <cstring>
 #include <fstream>
 
+#include "golden/engine/registry.hpp"
 #include "golden/gltf/gltf_loader.hpp"
+#include "golden/render/renderer.hpp"
 #include "scenes/open_scene.hpp"
 #include "testbench/program/progress.hpp"
 
 namespace retrace::cli {
-namespace {}  // namespace
-
 bool is_memory_image(const std::filesystem::path& path) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) throw Error("cannot read " + path.string() + ": it is a folder");
@@ -27,32 +27,32 @@ bool is_memory_image(const std::filesystem::path& path) {
   return file.gcount() == 4 && word == static_cast<std::uint32_t>(contract::kImageMagic);
 }
 
+NamedScene read_scene(const std::string& scene, bool textures, std::vector<std::string>& notes) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(scene, ignored) && is_generated_scene(scene)) {
+    Scene read = open_scene(scene);
+    read.name = scene;
+    return {scene, std::move(read)};
+  }
+  const std::filesystem::path path = scene;
+  if (is_memory_image(path)) {
+    throw Error(scene +
+                " is a packed image: it holds no vertices, materials or cameras; name the glTF file it was made from");
+  }
+  GltfOptions options;
+  options.textures = textures;
+  options.posed = true;
+  return {path.stem().string(), load_gltf(path, options, &notes)};
+}
+
 LoadedScene load_scene(const std::string& scene, const Common& common, bool textures, double side) {
   LoadedScene loaded;
-  Scene read;
   const double load_start = now();
-  std::error_code ignored;
-  const bool is_file = std::filesystem::exists(scene, ignored);
-  if (!is_file && is_generated_scene(scene)) {
-    loaded.name = scene;
-    read = open_scene(scene);
-    read.name = scene;
-  } else {
-    const std::filesystem::path path = scene;
-    if (is_memory_image(path)) {
-      throw Error(
-          scene +
-          " is a packed image: it holds no vertices, materials or cameras; name the glTF file it was made from");
-    }
-    loaded.name = path.stem().string();
-    std::vector<std::string> notes;
-    GltfOptions options;
-    options.textures = textures;
-    options.posed = true;
-    read = load_gltf(path, options, &notes);
-    for (const std::string& text : notes) note(common, text);
-  }
-  static_cast<TracedScene&>(loaded) = snap_scene(std::move(read), common.two_levels, side);
+  std::vector<std::string> notes;
+  NamedScene read = read_scene(scene, textures, notes);
+  for (const std::string& text : notes) note(common, text);
+  loaded.name = read.name;
+  static_cast<TracedScene&>(loaded) = snap_scene(std::move(read.scene), common.two_levels, side);
   loaded.load_s = now() - load_start;
   if (loaded.grid.degenerate > 0) {
     note(common, loaded.name + ": " + with_commas(loaded.grid.degenerate) + " of " +
@@ -82,6 +82,36 @@ nlohmann::ordered_json scene_json(const LoadedScene& scene) {
   return json;
 }
 
+nlohmann::ordered_json image_json(const ImageStatistics& s, const contract::HeaderRecord& header) {
+  nlohmann::ordered_json json = {{"version", header.version},
+                                 {"triangles", s.triangles},
+                                 {"nodes", s.nodes},
+                                 {"interior", s.interior},
+                                 {"leaves", s.leaves},
+                                 {"empty_leaves", s.empty_leaves},
+                                 {"references", s.references},
+                                 {"references_per_triangle", s.references_per_triangle},
+                                 {"references_per_leaf", s.references_per_leaf},
+                                 {"largest_leaf", s.max_leaf},
+                                 {"max_depth", s.max_depth},
+                                 {"step_limit", header.step_limit},
+                                 {"sah_cost", s.sah_cost},
+                                 {"bytes", s.bytes},
+                                 {"pair_bytes", s.pair_bytes},
+                                 {"leaf_bytes", s.leaf_bytes},
+                                 {"list_bytes", s.list_bytes},
+                                 {"triangle_bytes", s.triangle_bytes},
+                                 {"depth_histogram", s.depth_histogram},
+                                 {"leaf_size_histogram", s.leaf_size_histogram}};
+  if (header.version == static_cast<std::uint32_t>(contract::kImageVersionTwoLevels))
+    json.update({{"instances", s.instances},
+                 {"objects", s.objects},
+                 {"instanced_triangles", s.instanced_triangles},
+                 {"instance_references", s.instance_references},
+                 {"instance_bytes", s.instance_bytes}});
+  return json;
+}
+
 void print_levels(const LoadedScene& scene) {
   if (!scene.grid.two_levels) return;
   std::printf("  two levels: %s instances of %s objects, %s triangles held, image %s bytes\n",
@@ -103,6 +133,21 @@ Size parse_size(const std::string& text) {
     throw UsageError("--size takes WIDTHxHEIGHT with both from 1 to 16384, not '" + text + "'");
   }
   return size;
+}
+
+void check_aovs(const std::vector<std::string>& names, const std::string& engine) {
+  for (const std::string& name : names) {
+    bool known = false;
+    std::string all;
+    for (const Aov& aov : known_aovs()) {
+      known = known || name == aov.name;
+      all += (all.empty() ? "" : ", ") + std::string(aov.name);
+    }
+    if (!known) throw UsageError("there is no AOV '" + name + "'; there are: " + all);
+    const bool of_work = name != "depth" && name != "normal" && name != "albedo" && name != "id";
+    if (of_work && !find_engine(engine).counts_work)
+      throw UsageError("engine " + engine + " does not count the work of each ray: there is no AOV " + name);
+  }
 }
 
 void note(const Common& common, const std::string& text) {

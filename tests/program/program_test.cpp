@@ -457,11 +457,11 @@ std::string rays_file(const std::vector<NpyRay>& rays) {
   return bytes;
 }
 
-std::vector<NpyHit> hits_of(const std::string& bytes) {
+std::vector<SceneHit> hits_of(const std::string& bytes) {
   const std::size_t start =
       10 + (static_cast<unsigned char>(bytes[8]) | static_cast<std::size_t>(static_cast<unsigned char>(bytes[9])) << 8);
-  std::vector<NpyHit> hits((bytes.size() - start) / sizeof(NpyHit));
-  std::memcpy(hits.data(), bytes.data() + start, hits.size() * sizeof(NpyHit));
+  std::vector<SceneHit> hits((bytes.size() - start) / sizeof(SceneHit));
+  std::memcpy(hits.data(), bytes.data() + start, hits.size() * sizeof(SceneHit));
   return hits;
 }
 
@@ -494,7 +494,7 @@ TEST_F(Program, TraceReportsIndicesAndBarycentricsOfTheFile) {
   for (const char* engine : {"golden", "csim"}) {
     const Outcome outcome = run({"trace", "scene.gltf", "-i", "rays.npy", "-o", "hits.npy", "--engine", engine});
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-    const std::vector<NpyHit> hits = hits_of(text_of(work("hits.npy")));
+    const std::vector<SceneHit> hits = hits_of(text_of(work("hits.npy")));
     ASSERT_EQ(hits.size(), 7u);
     // Coincident triangles: the lowest id wins, which is primitive 0 with the order 1, 2, 0.
     EXPECT_NEAR(hits[0].t, 7, 1e-5);
@@ -524,7 +524,7 @@ TEST_F(Program, TraceReportsIndicesAndBarycentricsOfTheFile) {
 
     ASSERT_EQ(run({"trace", "scene.gltf", "-i", "rays.npy", "-o", "any.npy", "--engine", engine, "--any"}).exit_code,
               0);
-    const std::vector<NpyHit> any = hits_of(text_of(work("any.npy")));
+    const std::vector<SceneHit> any = hits_of(text_of(work("any.npy")));
     for (std::size_t i = 0; i < hits.size(); ++i) EXPECT_EQ(std::isinf(any[i].t), std::isinf(hits[i].t)) << i;
   }
 }

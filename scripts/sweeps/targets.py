@@ -1,0 +1,325 @@
+"""The targets of scripts/sweep: which jobs there are for a size, what their output means, and the table of their values.
+
+A job is one command, with its seed in its name. What a job gives (`values`: one or more records) does not depend on when, where and beside what it ran, so
+that tables can be compared; times are in the row beside the values.
+"""
+import hashlib
+import json
+import pathlib
+import re
+import subprocess
+import sys
+import tomllib
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+STAGES = ("ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "hit_finish", "instance_enter")
+ENGINE = "/usr/share/assimp/models/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb"
+CORE = tomllib.loads((ROOT / "rtl/targets/core.toml").read_text(encoding="utf-8"))
+SIZES = ("quick", "default", "night")
+
+
+class Unexpected(Exception):
+    """What a command printed is not what it prints when all is well."""
+
+
+def job(name, command, seed, threads=1, mem_mb=2000, minutes=60, **environment):
+    return {"name": re.sub(r"[^\w.=-]+", "-", "%s-seed%d" % (name, seed)), "command": [str(word) for word in command], "seed": seed, "threads": threads,
+            "mem_mb": mem_mb, "minutes": minutes, "environment": environment}
+
+
+def search(pattern, text, what):
+    found = re.search(pattern, text, re.MULTILINE)
+    if not found:
+        raise Unexpected("no %s in what it printed" % what)
+    return found
+
+
+def markdown(records, columns):
+    """A table of records; columns: (key, heading, format)."""
+    lines = ["| %s |" % " | ".join(heading for _, heading, _ in columns), "|%s" % ("---|" * len(columns))]
+    for record in records:
+        lines.append("| %s |" % " | ".join("-" if record.get(key) is None else form % record[key] for key, _, form in columns))
+    return "\n".join(lines) + "\n"
+
+
+class Target:
+    """options: .size, .engine, .build and .folder, .seed (the first), .seeds (how many, None: the size's), .scene (animation), .list."""
+    summary = ""
+    programs = ()  # below the build folder
+
+    def jobs(self, options):
+        raise NotImplementedError
+
+    def values(self, job_, output):
+        raise NotImplementedError
+
+    def table(self, records):
+        raise NotImplementedError
+
+    def draw(self, records, path):
+        """A picture of the records; False if the target has none."""
+        return False
+
+
+class Stages(Target):
+    summary = "vectors through every stage: the RTL against the kernels; with --engine csim the kernels against plain integers"
+    columns = [("stage", "stage", "%s"), ("vectors", "vectors", "%d"), ("seed", "seed", "%d"), ("differ", "differ", "%d")]
+
+    def program(self, options):
+        return "testbench/csim/tb_stages" if options.engine == "csim" else "testbench/stages/rtl_stages"
+
+    def jobs(self, options):
+        # Vectors a job, jobs a stage: 10^9 vectors over all stages by night.
+        vectors, seeds = {"quick": (20000, 3), "default": (1000000, 4), "night": (7200000, 20)}[options.size]
+        program = options.build / self.program(options)
+        jobs = []
+        for stage in STAGES:
+            for seed in range(options.seed, options.seed + (options.seeds or seeds)):
+                command = [program, vectors, seed, stage] if options.engine == "csim" else [program, "--stage", stage, "--vectors", vectors, "--seed", seed, "--threads", 1]
+                jobs.append(job("stages-%s-%s" % (options.engine, stage), command, seed))
+        return jobs
+
+    def values(self, job_, output):
+        if job_["name"].startswith("stages-csim"):
+            found = search(r"^(\w+) +(\d+) vectors, seed (\d+), (\d+) differ", output, "line about the stage")
+            return [{"stage": found[1], "vectors": int(found[2]), "seed": int(found[3]), "differ": int(found[4])}]
+        found = search(r"^(\w+) +(\d+) vectors", output, "line about the stage")
+        return [{"stage": found[1], "vectors": int(found[2]), "seed": job_["seed"], "differ": 0}]  # exit code 0: none does
+
+    def table(self, records):
+        return markdown(records, self.columns)
+
+
+class Frames(Target):
+    summary = "whole frames: the core against the kernel, scenes x configurations x ways up x kinds of ray; with --engine csim kernels against golden"
+    columns = [("scene", "scene", "%s"), ("rays", "rays", "%s"), ("configuration", "configuration", "%s"), ("up", "way up", "%s"), ("traced", "rays traced", "%d"),
+               ("differ", "hits that differ", "%d"), ("clocks", "clocks a ray", "%.2f")]
+
+    def program(self, options):
+        return "testbench/program/retrace" if options.engine == "csim" else "testbench/sim/core/rtl_bench"
+
+    def jobs(self, options):
+        scenes = ["room:detail=0.05", "knot:along=60,around=8", "coincident", "none"] if options.size == "quick" else \
+            ["room", "knot", ENGINE, "needles", "slivers", "coincident", "degenerate", "one", "none"]
+        size = {"quick": "48x36", "default": "160x120", "night": "320x240"}[options.size]
+        seed, program, jobs = options.seed, options.build / self.program(options), []
+        if options.engine == "csim":
+            return [job("frames-csim-%s" % pathlib.Path(scene).stem, [program, "compare", scene, "--engines", "golden,csim", "--size", size, "--quiet"], seed) for scene in scenes]
+        configurations = [name for name, fields in CORE["configuration"].items() if "frames" in fields["verified"]]
+        for scene in scenes:
+            for rays in ("primary", "shadow"):
+                for configuration in configurations:
+                    for up in ("face", "parent"):
+                        jobs.append(job("frames-%s-%s-%s-%s" % (pathlib.Path(scene).stem, rays, configuration, up),
+                                        [program, scene, configuration, size, "--latency", "1-200", "--reorder", 1, "--stall", 20, "--up", up, "--shadow", int(rays == "shadow"), "--seed", seed],
+                                        seed, minutes=600))
+        return jobs
+
+    def values(self, job_, output):
+        if job_["name"].startswith("frames-csim"):
+            search(r"^0 violations$", output, "'0 violations'")
+            rays = sum(int(text.replace(",", "")) for text in re.findall(r"rays, golden against csim: ([\d,]+)", output))
+            return [{"scene": job_["command"][2], "rays": "primary, shadow", "configuration": "csim", "up": "face", "traced": rays, "differ": 0, "clocks": None}]
+        found = search(r": (\d+) rays, (\d+) differ from csim", output, "comparison")
+        clocks = search(r"^ *([0-9.]+) clocks/ray", output, "clocks a ray")
+        command = job_["command"]
+        return [{"scene": pathlib.Path(command[1]).stem, "rays": "shadow" if command[command.index("--shadow") + 1] == "1" else "primary", "configuration": command[2],
+                 "up": command[command.index("--up") + 1], "traced": int(found[1]), "differ": int(found[2]), "clocks": float(clocks[1])}]
+
+    def table(self, records):
+        return markdown(records, self.columns)
+
+
+class Mutants(Target):
+    summary = "mutants of the RTL, a job a file of their own (those of the whole core: one for each configuration); every one must be caught"
+    columns = [("mutant", "mutant", "%s"), ("verdict", "verdict", "%s"), ("tests", "caught by", "%s")]
+
+    def jobs(self, options):
+        listed = subprocess.run([sys.executable, "scripts/mutants.py", "--list"], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
+        core = subprocess.run([sys.executable, "scripts/mutants.py", "--list", "--core"], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
+        files = list(dict.fromkeys(line.rsplit(" ", 1)[1] for line in listed if line not in core))
+        common = ["python3", "scripts/mutants.py", "--build", options.build, "--jobs", 1, "--vectors", {"quick": 20000, "default": 200000, "night": 1000000}[options.size]]
+        jobs = [job("mutants-%s" % pathlib.Path(file).stem, [*common, "--only", file], options.seed, mem_mb=4000, minutes=240, RETRACE_SEED=str(options.seed)) for file in files]
+        if options.size != "quick":
+            jobs += [job("mutants-core-%s" % configuration, [*common, "--core", "--config", configuration], options.seed, mem_mb=8000, minutes=600, RETRACE_SEED=str(options.seed))
+                     for configuration in ("small", "saarcor")]
+        return jobs
+
+    def values(self, job_, output):
+        found = re.findall(r"^(caught|SURVIVED) +(.*?) +[\d.]+ s  (.*)$", output, re.MULTILINE)
+        if not found:
+            raise Unexpected("no mutant in what it printed")
+        return [{"mutant": name, "verdict": verdict, "tests": tests} for verdict, name, tests in found]
+
+    def table(self, records):
+        return markdown(records, self.columns)
+
+
+class Seeds(Target):
+    summary = "place and route: configurations x seeds of the placer; the best of each configuration is marked"
+    columns = [("configuration", "configuration", "%s"), ("seed", "seed", "%d"), ("mhz", "MHz", "%.1f"), ("luts", "LUTs", "%d"), ("brams", "block RAMs", "%d"), ("best", "", "%s")]
+
+    def jobs(self, options):
+        configurations = ["ecp5l1"] if options.size == "quick" else [name for name, fields in CORE["configuration"].items() if "routed" in fields["verified"]]
+        seeds = {"quick": 2, "default": 4, "night": 16}[options.size]
+        jobs = []
+        for configuration in configurations:
+            for seed in range(options.seed, options.seed + (options.seeds or seeds)):
+                report = options.folder / "reports" / ("%s-seed%d.json" % (configuration, seed))
+                jobs.append(job("seeds-" + configuration, ["scripts/bitstream", "--config", configuration, "--seeds", seed, "--report", report,
+                                                           "--build", options.folder / "routed" / ("%s-seed%d" % (configuration, seed))], seed, mem_mb=8000, minutes=600))
+        return jobs
+
+    def values(self, job_, output):
+        report = job_["command"][job_["command"].index("--report") + 1]
+        try:
+            found = json.loads((ROOT / report).read_text(encoding="utf-8"))
+            cells = found["cells"]
+            return [{"configuration": job_["command"][2], "seed": job_["seed"], "mhz": found["fmax_mhz"], "luts": cells["luts"], "brams": cells["block_rams"]}]
+        except (OSError, ValueError, KeyError) as error:
+            raise Unexpected("%s is no report: %r" % (report, error)) from error
+
+    def table(self, records):
+        best = {}
+        for record in records:
+            name = record["configuration"]
+            best[name] = max(best.get(name, 0), record["mhz"])
+        return markdown([{**record, "best": "best" if record["mhz"] == best[record["configuration"]] else ""} for record in records], self.columns)
+
+
+class Explore(Target):
+    """Not the core itself but the lab's model of it: the kernel's walk over the memory image through one cache that all rays in flight share."""
+    summary = "caches x rays in flight x mailbox on two scenes: clocks a ray against block RAMs, with the Pareto front drawn"
+    KB = (4, 8, 16, 32, 64, 128)
+    CONTEXTS = (4, 16, 64)
+    RAM_BYTES = 2048  # data of one block RAM of an ECP5 (DP16KD)
+    LINE = 64
+    BUS, LATENCY = 8, 40  # bytes a clock, clocks
+    columns = [("scene", "scene", "%s"), ("cache_kb", "cache KB", "%d"), ("contexts", "rays in flight", "%d"), ("mailbox", "mailbox", "%d"),
+               ("block_rams", "block RAMs", "%d"), ("clocks", "clocks a ray at least", "%.2f"), ("limit", "limit", "%s"), ("bytes", "bytes a ray from memory", "%.0f"), ("hit_rate", "hit rate", "%.4f"), ("steps", "steps a ray", "%.2f"),
+               ("tests", "tests a ray", "%.2f"), ("front", "", "%s")]
+
+    def program(self, _):
+        return "testbench/program/retrace"
+
+    def jobs(self, options):
+        scenes = ["knot:along=60,around=8", "room:detail=0.05"] if options.size == "quick" else ["knot", "room"]
+        size = {"quick": "24x16", "default": "96x72", "night": "192x144"}[options.size]
+        return [job("explore-%s-contexts%d" % (re.split(r"[:,]", scene)[0], contexts),
+                    [options.build / self.program(options), "lab", scene, "--only", "kd-sah/face-links", "--size", size, "--caches", ",".join(map(str, self.KB)),
+                     "--contexts", contexts, "--threads", 1, "--json", "--quiet"], options.seed)
+                for scene in scenes for contexts in self.CONTEXTS]
+
+    def values(self, job_, output):
+        try:
+            report = json.loads(output)
+        except ValueError as error:
+            raise Unexpected("no JSON: %s" % error) from error
+        if report["differences"]:
+            raise Unexpected("%d rays differ" % report["differences"])
+        values = []
+        for scene in report["scenes"]:
+            for row in scene["structures"]:
+                kinds = row["rays"].values()
+                if row["mailbox"] not in (0, 8):
+                    continue
+                rays = sum(kind["rays"] for kind in kinds)
+                mean = lambda name: round(sum(kind["per_ray"][name] * kind["rays"] for kind in kinds) / rays, 6)
+                for place, cache in enumerate(report["caches"]):
+                    accesses, misses = (sum(kind["caches"][place][name] for kind in kinds) for name in ("accesses", "misses"))
+                    values.append({"scene": scene["name"], "cache_kb": cache["bytes"] // 1024, "contexts": report["contexts"], "mailbox": row["mailbox"],
+                                   "block_rams": cache["bytes"] // self.RAM_BYTES + self.state_rams(report["contexts"], row["mailbox"]),
+                                   **self.clocks(mean("visits") + mean("tests"), misses / rays, report["contexts"]),
+                                   "bytes": round(self.LINE * misses / rays, 3), "hit_rate": round(1 - misses / accesses, 6), "steps": mean("visits"), "tests": mean("tests")})
+        return values
+
+    def clocks(self, steps, misses, contexts):
+        """What a ray costs at least: one step or test a clock, the bus, or waiting for memory with so many rays in flight; and which of them it is."""
+        bounds = {"steps": steps, "bus": misses * self.LINE / self.BUS, "latency": misses * self.LATENCY / contexts}
+        limit = max(bounds, key=bounds.get)
+        return {"clocks": round(bounds[limit], 4), "limit": limit}
+
+    def state_rams(self, contexts, mailbox):
+        """Block RAMs of what the core keeps of a ray in flight: ray, hit and place, 64 bytes, and 4 for each triangle that it remembers."""
+        return -(-contexts * (64 + 4 * mailbox) // self.RAM_BYTES)
+
+    @staticmethod
+    def front(records):
+        """Of the records of one scene those that no other beats: no more block RAMs and no more clocks, and less of one."""
+        return [a for a in records if not any(b["block_rams"] <= a["block_rams"] and b["clocks"] <= a["clocks"] and (b["block_rams"] < a["block_rams"] or b["clocks"] < a["clocks"])
+                                              for b in records)]
+
+    def by_scene(self, records):
+        scenes = {}
+        for record in records:
+            scenes.setdefault(record["scene"], []).append(record)
+        return scenes
+
+    def table(self, records):
+        marked = []
+        for of_scene in self.by_scene(records).values():
+            front = self.front(of_scene)
+            marked += [{**record, "front": "front" if record in front else ""} for record in sorted(of_scene, key=lambda r: (r["block_rams"], r["clocks"], r["contexts"]))]
+        return markdown(marked, self.columns)
+
+    def draw(self, records, path):
+        import matplotlib
+        matplotlib.use("svg")
+        matplotlib.rcParams.update({"svg.hashsalt": "retrace", "font.size": 9})
+        import matplotlib.pyplot as plt
+        scenes = self.by_scene(records)
+        figure, axes = plt.subplots(1, len(scenes), figsize=(5 * len(scenes), 4.2), squeeze=False, layout="constrained")
+        markers = dict(zip(self.CONTEXTS, "osD"))
+        for axis, (scene, of_scene) in zip(axes[0], scenes.items()):
+            for mailbox, colour in ((0, "#b0762b"), (8, "#2b6cb0")):
+                for contexts, marker in markers.items():
+                    some = [r for r in of_scene if r["mailbox"] == mailbox and r["contexts"] == contexts]
+                    axis.plot([r["block_rams"] for r in some], [r["clocks"] for r in some], marker, color=colour, markersize=5, alpha=0.75, linestyle="none",
+                              label="%d rays in flight, %s" % (contexts, "mailbox of 8" if mailbox else "no mailbox"))
+            front = sorted(self.front(of_scene), key=lambda r: r["block_rams"])
+            axis.step([r["block_rams"] for r in front], [r["clocks"] for r in front], where="post", color="#333333", linewidth=1.2, label="Pareto front", zorder=1)
+            axis.set(xscale="log", yscale="log", xlabel="block RAMs: cache and rays in flight", ylabel="clocks a ray at least", title=scene)
+            axis.grid(True, which="both", linewidth=0.3, alpha=0.6)
+        axes[0][0].legend(fontsize=7)
+        figure.savefig(path, format="svg", metadata={"Date": None})
+        plt.close(figure)
+        return True
+
+
+class Animation(Target):
+    summary = "frames of one animated scene (--scene FILE; default: the generated carousel), a job a frame; pictures in the sweep's folder"
+    columns = [("frame", "frame", "%d"), ("time", "time s", "%.4f"), ("sha256", "SHA-256 of the picture", "`%s`")]
+
+    def program(self, _):
+        return "testbench/program/retrace"
+
+    def jobs(self, options):
+        scene = options.scene
+        if scene is None:
+            scene = options.folder / "carousel.glb"
+            if not options.list and not scene.exists():
+                scene.parent.mkdir(parents=True, exist_ok=True)
+                subprocess.run([ROOT / options.build / self.program(options), "make-scene", "carousel", "-o", scene, "--quiet"], check=True, stdout=subprocess.DEVNULL)
+        frames, size = {"quick": (3, "32x24"), "default": (24, "320x240"), "night": (96, "640x480")}[options.size]
+        jobs = []
+        for frame in range(frames):
+            picture = options.folder / "pictures" / ("frame-%04d-#.png" % frame)
+            jobs.append(job("animation-frame%04d" % frame, [options.build / self.program(options), "render", scene, "-o", picture, "--engine", options.engine, "--size", size, "--animation",
+                                                            "--structure", "one-tree", "--full-rebuild", "never", "--no-video", "--frames", 1, "--start", "%.6f" % (frame / 24),
+                                                            "--seed", options.seed, "--threads", 1, "--quiet"], options.seed))
+        return jobs
+
+    def values(self, job_, output):
+        command = job_["command"]
+        picture = pathlib.Path(command[command.index("-o") + 1].replace("#", "0"))
+        try:
+            digest = hashlib.sha256(picture.read_bytes()).hexdigest()
+        except OSError as error:
+            raise Unexpected("no picture: %s" % error) from error
+        return [{"frame": int(re.search(r"frame(\d+)", job_["name"])[1]), "time": float(command[command.index("--start") + 1]), "sha256": digest}]
+
+    def table(self, records):
+        return markdown(records, self.columns)
+
+
+TARGETS = {"stages": Stages(), "frames": Frames(), "mutants": Mutants(), "seeds": Seeds(), "explore": Explore(), "animation": Animation()}

@@ -1,0 +1,107 @@
+"""Targets of scripts/sweep without Snakemake: their jobs, what they make of outputs, and job.py, which runs one."""
+import argparse
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+sys.path.insert(0, str(ROOT / "scripts/sweeps"))
+import targets  # noqa: E402
+
+
+def options(**given):
+    return argparse.Namespace(**{"size": "quick", "engine": "rtl", "seed": 5, "build": pathlib.Path("build/release"), "folder": pathlib.Path("/nowhere"), "scene": None, "seeds": None, "list": True, **given})
+
+
+class Jobs(unittest.TestCase):
+    def test_names_are_unique_and_hold_the_seed(self):
+        for name, target in targets.TARGETS.items():
+            for size in targets.SIZES:
+                for engine in ("rtl", "csim"):
+                    jobs = target.jobs(options(size=size, engine=engine))
+                    names = [job["name"] for job in jobs]
+                    self.assertTrue(names, name)
+                    self.assertEqual(len(names), len(set(names)), name)
+                    for job in jobs:
+                        self.assertRegex(job["name"], r"^[\w.=-]+-seed%d$" % job["seed"])
+                        self.assertTrue(all(isinstance(word, str) for word in job["command"]))
+
+    def test_a_night_has_enough(self):
+        self.assertGreaterEqual(sum(int(job["command"][job["command"].index("--vectors") + 1]) for job in targets.TARGETS["stages"].jobs(options(size="night"))), 10**9)
+        explore = targets.TARGETS["explore"]
+        self.assertGreaterEqual(len(explore.KB) * len(explore.CONTEXTS) * 2, 24)
+
+
+class Values(unittest.TestCase):
+    def test_stages(self):
+        stages, job = targets.TARGETS["stages"], {"name": "stages-csim-kd_descend-seed3", "seed": 3}
+        self.assertEqual(stages.values(job, "kd_descend   1000 vectors, seed 3, 0 differ\n"), [{"stage": "kd_descend", "vectors": 1000, "seed": 3, "differ": 0}])
+        self.assertRaises(targets.Unexpected, stages.values, job, "kd_descend\n")
+
+    def test_frames(self):
+        frames = targets.TARGETS["frames"]
+        job = next(job for job in frames.jobs(options()) if "-shadow-" in job["name"])
+        value = frames.values(job, "room 48x36: 120 rays, 3 differ from csim\n  20.75 clocks/ray, 1.0 node steps/clock, 9 simulated clocks/s\n")[0]
+        self.assertEqual((value["traced"], value["differ"], value["clocks"], value["rays"]), (120, 3, 20.75, "shadow"))
+        self.assertRaises(targets.Unexpected, frames.values, job, "room 48x36: 120 rays, 3 differ from csim\n")
+        csim = frames.jobs(options(engine="csim"))[0]
+        self.assertEqual(frames.values(csim, "1,200 rays, golden against csim: 1,200\nprimary rays, golden against csim: 1,000\n0 violations\n")[0]["traced"], 2200)
+        self.assertRaises(targets.Unexpected, frames.values, csim, "rays, golden against csim: 1,000\n10 violations\n")
+
+    def test_mutants(self):
+        mutants = targets.TARGETS["mutants"]
+        value = mutants.values({}, "caught    a tie goes near                                    1.2 s  Stages.KdDescend\nmutants: 1 of 1 caught\n")
+        self.assertEqual(value, [{"mutant": "a tie goes near", "verdict": "caught", "tests": "Stages.KdDescend"}])
+        self.assertRaises(targets.Unexpected, mutants.values, {}, "mutants: 0 of 0 caught\n")
+
+    def test_seeds_marks_the_best(self):
+        table = targets.TARGETS["seeds"].table([{"configuration": "a", "seed": s, "mhz": m, "luts": 1, "brams": 2} for s, m in ((1, 80.0), (2, 90.5), (3, 70.0))])
+        self.assertEqual([line.endswith("| best |") for line in table.splitlines()[2:]], [False, True, False])
+
+    def test_front(self):
+        points = [(1, 9), (2, 9), (2, 5), (3, 5), (3, 4), (9, 4), (1, 9)]
+        front = targets.Explore.front([{"block_rams": b, "clocks": c} for b, c in points])
+        self.assertEqual([(r["block_rams"], r["clocks"]) for r in front], [(1, 9), (2, 5), (3, 4), (1, 9)])
+
+    def test_explore_refuses_differences(self):
+        self.assertRaises(targets.Unexpected, targets.TARGETS["explore"].values, {}, '{"differences": 2, "scenes": []}')
+        self.assertRaises(targets.Unexpected, targets.TARGETS["explore"].values, {}, "no")
+
+    def test_clocks_are_the_largest_bound(self):
+        explore = targets.TARGETS["explore"]
+        self.assertEqual(explore.clocks(30, 1, 64), {"clocks": 30, "limit": "steps"})
+        self.assertEqual(explore.clocks(30, 10, 64), {"clocks": 80.0, "limit": "bus"})
+        self.assertEqual(explore.clocks(30, 10, 4), {"clocks": 100.0, "limit": "latency"})
+
+
+class Job(unittest.TestCase):
+    def run_job(self, command, minutes=1):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            job = {"name": "stages-csim-x-seed3", "command": command, "seed": 3, "minutes": minutes, "environment": {"SHOWN": "x 5 vectors, seed 3, 0 differ"}}
+            (folder / "plan.json").write_text(json.dumps({"target": "stages", "root": str(ROOT), "identity": {"commit": "c"}, "jobs": [job]}), encoding="utf-8")
+            step = subprocess.run([sys.executable, str(ROOT / "scripts/sweeps/job.py"), str(folder / "plan.json"), job["name"]], stderr=subprocess.PIPE, text=True, check=False)
+            read = lambda path: json.loads(path.read_text(encoding="utf-8")) if path.exists() else None
+            return step, read(folder / "rows" / (job["name"] + ".json")), read(folder / "failed" / (job["name"] + ".json"))
+
+    def test_row(self):
+        step, row, failed = self.run_job(["sh", "-c", 'echo "$SHOWN"'])
+        self.assertEqual((step.returncode, failed), (0, None), step.stderr)
+        self.assertEqual((row["values"][0]["vectors"], row["identity"], row["seed"]), (5, {"commit": "c"}, 3))
+
+    def test_failures(self):
+        for command, fault in ((["sh", "-c", "echo why >&2; exit 3"], "exit code 3"), (["true"], "no line about the stage"), (["./nosuch"], "No such file"),
+                               (["sh", "-c", 'echo "$SHOWN"; kill -9 $$'], "exit code -9")):
+            step, row, failed = self.run_job(command)
+            self.assertEqual((step.returncode, row), (1, None))
+            self.assertIn(fault, failed["fault"])
+            self.assertEqual(failed["command"], command)
+            self.assertIn("FAILED", step.stderr)
+        self.assertIn("still ran after 0 minutes", self.run_job(["sleep", "60"], 0)[2]["fault"])
+
+
+if __name__ == "__main__":
+    unittest.main()
