@@ -52,10 +52,10 @@ package rt_config_pkg;
   localparam config_t ConfigEcp5x128 = '{
       levels: 1, lanes: 4, contexts_per_lane: 64, data_bits: 128, granule_bytes: 16, node_pairs: 2048, node_line_pairs: 2, leaf_lines: 1024, list_lines: 128,
       triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, pixels: 0};
-  // Two levels, as Dynamic SaarCOR has them: `ecp5l2` for images with instances, whose records share the lines of the triangles.
+  // Dynamic SaarCOR: `ecp5l2` for images with instances, whose records share the lines of the triangles, with rays and pixels made on the chip.
   localparam config_t ConfigSaarcor = '{
       levels: 2, lanes: 2, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128,
-      triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, pixels: 0};
+      triangle_lines: 1024, ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, pixels: 1};
   // For larger parts.
   localparam config_t ConfigWide = '{
       levels: 1, lanes: 8, contexts_per_lane: 32, data_bits: 128, granule_bytes: 16, node_pairs: 1024, node_line_pairs: 2, leaf_lines: 512, list_lines: 64,
