@@ -73,14 +73,19 @@ package rt_config_pkg;
   localparam int unsigned SourceNode = 4;
   localparam int unsigned SourceRay = 5;
   localparam int unsigned SourceMaterial = 6;
+  localparam int unsigned SourcePlaced = 7;
   localparam int unsigned CoreSources = 5;
-  localparam int unsigned Sources = 7;
+  localparam int unsigned Sources = 8;
 
   // Counters of the register map: the increments of one clock as a record (in memory order the first counter is the lowest), and as an array.
-  localparam int unsigned CounterCount = 34;
+  localparam int unsigned CounterCount = 38;
   localparam int unsigned CounterStepBits = 10;
   typedef logic [CounterStepBits-1:0] counter_step_t;
   typedef struct packed {
+    counter_step_t entry_blocked;
+    counter_step_t entry_refused;
+    counter_step_t entry_passed;
+    counter_step_t entries;
     counter_step_t context_clocks;
     counter_step_t reference_blocked;
     counter_step_t reference_starved;
@@ -153,6 +158,10 @@ package rt_config_pkg;
     counter_max_steps.reference_starved = counter_step_t'(1);
     counter_max_steps.reference_blocked = counter_step_t'(1);
     counter_max_steps.context_clocks = counter_step_t'(config_i.lanes * config_i.contexts_per_lane);
+    counter_max_steps.entries = counter_step_t'(1);
+    counter_max_steps.entry_passed = counter_step_t'(1);
+    counter_max_steps.entry_refused = counter_step_t'(1);
+    counter_max_steps.entry_blocked = counter_step_t'(1);
   endfunction
 
 endpackage

@@ -5,9 +5,9 @@
 //             rt_instance_enter makes it a ray of the grid. Passed by where the origin lies outside of the root box on some axis and the direction does
 //             not lead back, so that what is left does not break a walk.
 // Order       Tiles in rows, pixels of a tile in rows, samples of a pixel one after the other.
-// Tag         {slot, pixel}: the sink gathers the samples of a pixel in its slot.
-// Slots       A pixel takes the slot that has been free for longest, and none while all are taken. finished_valid_i frees one. The sink waits for no ray: it
-//             finishes pixels whatever happens here. One frame after another goes on with the slots as they are.
+// Tag         {slot, pixel}: the sink gathers the samples of a pixel by its slot, whose lower bits are the sample.
+// Slots       A pixel takes the slot that has been free for longest, and none while all are taken; it has as many as it has samples, and its first one stands
+//             for it. finished_valid_i frees it. The sink waits for no ray: it finishes pixels whatever happens here.
 // Streams     rays to the core; misses, samples that meet no box, to the sink. place_*: what the sink needs for a depth, in the clock in which the ray is offered.
 // Faults      fault_o: the frame is none that can be drawn (sizes, samples, kind); nothing is made of it. bad_o: a sample's camera is none that a host writes; a miss.
 // End         done_o from the clock after start_i until all samples are handed over is 0.
@@ -168,7 +168,7 @@ module rt_raster (
       .data_t  (logic [SlotBits-1:0])
   ) u_freed (
       .clk_i,
-      .rst_ni,
+      .rst_ni     (rst_ni && !start_i),
       .in_valid_i (finished_valid_i),
       .in_ready_o (freed_room),
       .in_data_i  (finished_slot_i),
@@ -181,10 +181,10 @@ module rt_raster (
     if (!slot_valid_q) begin
       slot_valid_q <= new_left || freed_valid;
       slot_q       <= new_left ? new_q[SlotBits-1:0] : freed_slot;
-      if (new_left) new_q <= new_q + 1'b1;
+      if (new_left) new_q <= new_q + ((SlotBits + 1)'(1) << frame_i.samples);
     end
     if (advance && last_sample) slot_valid_q <= 1'b0;
-    if (!rst_ni) begin
+    if (!rst_ni || start_i) begin
       slot_valid_q <= 1'b0;
       new_q        <= '0;
     end
@@ -221,7 +221,7 @@ module rt_raster (
       .in_valid_i (enter_valid),
       .in_ready_o (enter_ready),
       .in_data_i  (enter_in),
-      .in_tag_i   ({slot_q, pixel_q}),
+      .in_tag_i   ({slot_q | SlotBits'(sample_q), pixel_q}),
       .out_valid_o(entry_valid),
       .out_ready_i(entry_ready),
       .out_data_o (entry),

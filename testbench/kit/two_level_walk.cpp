@@ -71,7 +71,7 @@ std::optional<contract::InstanceEnterOutRecord> enter_instance(const contract::I
 }
 
 TwoLevelHit trace_two_levels(const TwoLevelScene& scene, const contract::RayRecord& ray, TwoLevelWork* work,
-                             std::uint32_t* status) {
+                             std::uint32_t* status, bool entered) {
   TwoLevelWork unwanted;
   TwoLevelWork& count = work ? *work : unwanted;
   std::uint32_t fault = 0;
@@ -81,7 +81,8 @@ TwoLevelHit trace_two_levels(const TwoLevelScene& scene, const contract::RayReco
   start.t_max = ray.t_max;
   start.any = ray.any;
   for (std::size_t face = 0; face < 6; ++face)
-    start.box[face] = static_cast<std::int32_t>(scene.top.header().box[face]);
+    start.box[face] = entered ? (face % 2 != 0 ? (1 << 26) - 1 : -(1 << 26))
+                              : static_cast<std::int32_t>(scene.top.header().box[face]);
   const auto state = reference::ray_setup(start);
   TwoLevelHit best;
   best.t = ray.t_max;

@@ -31,8 +31,9 @@ struct TwoLevelWork {
 inline constexpr int kInstanceMailbox = 4;
 
 /// Closest hit, or for a ray that asks for any, the first one found. `status`: status_hit, status_miss, status_bad_ray or status_bad_record.
+/// `entered`: the ray is a camera's, whose origin may lie outside of the root box.
 TwoLevelHit trace_two_levels(const TwoLevelScene& scene, const contract::RayRecord& ray, TwoLevelWork* work = nullptr,
-                             std::uint32_t* status = nullptr);
+                             std::uint32_t* status = nullptr, bool entered = false);
 
 /// An instance and a triangle of its object.
 struct TwoLevelTriangle {
