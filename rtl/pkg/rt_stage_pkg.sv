@@ -99,8 +99,8 @@ package rt_stage_pkg;
   // rt_transform: a choice between the two, products, two levels of adders.
   localparam int unsigned TransformLatency = 1 + EnterMulLatency + 2;
 
-  // rt_turn: products, sum.
-  localparam int unsigned TurnDepth = rt_lib_pkg::mul_latency(rt_contract_pkg::TurnBits, rt_contract_pkg::NormalBits) + 1;
+  // rt_turn: products, sum, and the two rows behind the first.
+  localparam int unsigned TurnDepth = rt_lib_pkg::mul_latency(rt_contract_pkg::TurnBits, rt_contract_pkg::NormalBits) + 1 + 2;
 
   // rt_light: n . l, its size, diffuse part, sum, root, components.
   localparam int unsigned LightRootClocks = 4;

@@ -377,7 +377,7 @@ module rt_shade #(
   end
   assign idle_o = inside_q == '0;
 
-  `RT_ASSERT_INIT(InsideFits, 2 * (Waiting + 1) + rt_lib_pkg::pipe_credits(rt_stage_pkg::TurnDepth, 1) +
+  `RT_ASSERT_INIT(InsideFits, 2 * (Waiting + 1) + rt_lib_pkg::pipe_credits(rt_stage_pkg::TurnDepth, 3) +
                   rt_lib_pkg::pipe_credits(rt_stage_pkg::LightDepth, 1) + 8 < (1 << InsideBits))
   `RT_ASSERT(StartsEmpty, !start_i || idle_o)
   `RT_ASSERT_STREAM(Pixels, pixel_valid_o, pixel_ready_i, pixel_o)

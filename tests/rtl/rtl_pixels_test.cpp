@@ -26,6 +26,7 @@ constexpr std::uint64_t kBase = 0x3fffff'ffc0;  // crosses a page, needs all add
 constexpr unsigned kMaterials = 100;
 constexpr unsigned kBroken = 56;  // begins a granule
 constexpr unsigned kPlaced = 12;
+constexpr unsigned kBrokenPlaced = 8;
 
 struct Traffic {
   const char* name;
@@ -66,6 +67,7 @@ class Pixels : public testing::Test {
     }
     table_ = ShadeTable(placed, materials);
     if (!kLevels<Model>) table_.instances = 0;
+    bench_->start_i = bench_->hit_valid_i = bench_->fill_valid_i = 0;
     bench_->base_i = kBase;
     bench_->count_i = kMaterials;
     bench_->placed_i = kPlaced;
@@ -83,7 +85,7 @@ class Pixels : public testing::Test {
     hit.id = contract::kNoTriangle;
     hit.status = static_cast<std::uint32_t>(random_.chance(16) ? 2 + random_.below(6) : random_.below(5) != 0);
     if (hit.status != static_cast<std::uint32_t>(contract::kStatusHit)) return hit;
-    hit.t = static_cast<std::uint32_t>(random_.bits() >> 37);
+    hit.t = static_cast<std::uint32_t>(random_.bits() >> 37) >> random_.below(8);
     // Often the triangle of the sample before.
     if (!random_.chance(3))
       last_id_ = static_cast<std::uint32_t>(random_.chance(20) ? random_.bits() : random_.below(kMaterials));
@@ -102,7 +104,16 @@ class Pixels : public testing::Test {
     std::size_t traced = 0;
     std::vector<std::uint32_t> order;  // pixels of the camera's rays
     PixelTotals totals;
-    ShadeTable seen = table_;
+    materials_ = table_;
+    if (broken_) {
+      // Without its record an instance has no material.
+      for (std::uint32_t number = kBrokenPlaced; number < table_.instances; ++number) {
+        contract::InstanceShadeRecord record;
+        record.material = 1u << (contract::kMaterialIndexBits - 1);
+        record.pack(&materials_.words[2 * number]);
+      }
+    }
+    ShadeTable seen = materials_;
     if (broken_) seen.words.resize(kBroken);
     const std::vector<std::uint32_t> pixels = draw_golden(
         camera, frame, box, seen,
@@ -115,6 +126,8 @@ class Pixels : public testing::Test {
                                          static_cast<std::uint32_t>(rays[i].origin[1]) * 2246822519u;
               hits[i].status = static_cast<std::uint32_t>(bits >> 28 == 0 ? 2 + (bits >> 24 & 5) : bits >> 27 & 1);
               towards.push_back({rays[i], hits[i]});
+              ++shadow_rays_;
+              shadows_ += hits[i].status == static_cast<std::uint32_t>(contract::kStatusHit);
             }
             return;
           }
@@ -268,7 +281,7 @@ class Pixels : public testing::Test {
     std::array<std::uint64_t, 2> words{};
     for (unsigned i = 0; i < kBusBytes<Model> / 8; ++i) {
       const std::uint64_t at = (address - kBase) / 8 + i;  // granules may begin before, or end behind
-      words[i] = at < table_.size() ? table_.words[at] : random_.bits();
+      words[i] = at < table_.size() ? (reader == 0 ? materials_ : table_).words[at] : random_.bits();
     }
     if constexpr (kBusBytes<Model> == 16) {
       for (unsigned i = 0; i < 4; ++i)
@@ -277,14 +290,16 @@ class Pixels : public testing::Test {
       bench_->fill_data_i = words[0];
     }
     // Of several beats only the first: it has to be remembered.
-    bench_->fill_error_i =
-        reader == 0 && broken_ && address >= kBase + kBroken * contract::kMaterialBytes && address % kGranule<Model> == 0;
+    const std::uint64_t first = kBase + (reader == 0 ? kBroken * contract::kMaterialBytes
+                                                     : kBrokenPlaced * contract::kInstanceShadeBytes);
+    bench_->fill_error_i = broken_ && address >= first && address % std::max(kGranule<Model>, reader == 0 ? 8u : 16u) == 0;
   }
 
   Random random_;
   Clocked<Model> bench_;
-  ShadeTable table_;
+  ShadeTable table_, materials_;  // the table, and what reads of materials see of it
   std::uint32_t last_id_ = 0, last_number_ = 0;
+  std::size_t shadow_rays_ = 0, shadows_ = 0;
   bool broken_ = false;  // materials kBroken and up cannot be read
 };
 
@@ -312,6 +327,8 @@ TYPED_TEST(Pixels, FramesAreTheGoldenModels) {
       if (this->HasFailure()) return;
     }
   }
+  EXPECT_GT(this->shadow_rays_, 500u);
+  EXPECT_GT(this->shadows_, 100u);
 }
 
 // Answers with errors: what cannot be read looks like the background, and is reported; what comes after it is as good as ever.
