@@ -326,7 +326,7 @@ TEST(CsimPixels, TwoLevelsAreTheGoldenModel) {
         [&](std::span<const contract::RayRecord> rays, std::span<contract::PlacedHitRecord> hits) {
           for (std::size_t r = 0; r < rays.size(); ++r) {
             std::uint32_t status = 0;
-            const TwoLevelHit hit = trace_two_levels(world.scene, rays[r], nullptr, &status, true);
+            const TwoLevelHit hit = trace_two_levels(world.scene, rays[r], nullptr, &status, nullptr, true);
             hits[r].status = status;
             if (!hit.hit) continue;
             hits[r].t = hit.t;
