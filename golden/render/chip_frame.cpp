@@ -185,14 +185,14 @@ ShadeTable chip_shading(const Surfaces& surfaces) {
       });
     }
     constexpr std::size_t kMost = std::size_t{1} << contract::kMaterialIndexBits;
-    if (before + materials.size() > kMost) throw Error("the scene has more materials than a table for the chip can hold");
+    if (before + materials.size() > kMost)
+      throw Error("the scene has more materials than a table for the chip can hold");
     placed[number].material =
         static_cast<std::uint32_t>(before + at - record.first_id) & static_cast<std::uint32_t>(kMost - 1);
     constexpr double kOne = 1 << contract::kTurnFrac;
     for (std::size_t i = 0; i < 9; ++i) {
       const double component = turn ? (*turn)[static_cast<int>(i % 3)][static_cast<int>(i / 3)] : (i % 4 == 0 ? 1 : 0);
-      placed[number].turn[i] =
-          static_cast<std::int32_t>(std::clamp(std::round(component * kOne), -kOne, kOne - 1));
+      placed[number].turn[i] = static_cast<std::int32_t>(std::clamp(std::round(component * kOne), -kOne, kOne - 1));
     }
   }
   return ShadeTable(placed, materials);

@@ -18,7 +18,8 @@ struct ChipOptions {
   int width = 640, height = 480;
   int samples = 1;  ///< a pixel: 1, 2 or 4
   std::uint32_t kind = contract::kPixelColour;
-  bool shadows = false;  ///< a light over the right shoulder that casts them; otherwise one at the camera's side, which would not show any
+  bool shadows =
+      false;  ///< a light over the right shoulder that casts them; otherwise one at the camera's side, which would not show any
 };
 
 /// The view as a camera's record. The near plane is left out: what is between it and the eye is seen. Throws Error where no record can say it:

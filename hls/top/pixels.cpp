@@ -126,8 +126,7 @@ SAMPLES:
 
 extern "C" void retrace_shade(const retrace::hls::word_t* frame, const retrace::hls::word_t* materials,
                               hls::stream<retrace::hls::shade_in_word_t>& samples, ap_uint<32>* pixels,
-                              ap_uint<64>* summary, ap_uint<32> material_count,
-                              ap_uint<32> instance_count) {
+                              ap_uint<64>* summary, ap_uint<32> material_count, ap_uint<32> instance_count) {
   using namespace retrace::hls;
   namespace contract = retrace::contract;
   // clang-format off

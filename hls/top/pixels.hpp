@@ -24,8 +24,7 @@ extern "C" void retrace_raster(const retrace::hls::word_t* image, const retrace:
 /// `materials`: a word for each of instance_count instances, then the materials, two in a word; material_count of 8 bytes in all.
 extern "C" void retrace_shade(const retrace::hls::word_t* frame, const retrace::hls::word_t* materials,
                               hls::stream<retrace::hls::shade_in_word_t>& samples, ap_uint<32>* pixels,
-                              ap_uint<64>* summary, ap_uint<32> material_count,
-                              ap_uint<32> instance_count);
+                              ap_uint<64>* summary, ap_uint<32> material_count, ap_uint<32> instance_count);
 
 /// Where the frame has shadows: a record for each of these samples and what became of it, a ray towards the light where there is something to light.
 /// The ray wants any hit; if there is one, the sample lies in a shadow.

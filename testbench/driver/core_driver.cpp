@@ -123,8 +123,8 @@ void CoreDriver::start(std::span<const std::uint64_t> ray_words, const CoreMode&
   device_.write_register(RT_OFFSET(control), control);
 }
 
-void CoreDriver::load_pictures(std::span<const std::uint64_t> image_words,
-                               const ShadeTable& table, std::uint64_t pixel_bytes) {
+void CoreDriver::load_pictures(std::span<const std::uint64_t> image_words, const ShadeTable& table,
+                               std::uint64_t pixel_bytes) {
   device_.release_all();
   image_lines_ = image_words.size() / 8;
   image_address_ = device_.allocate(std::max<std::uint64_t>(image_words.size() * 8, 64));

@@ -40,8 +40,8 @@ struct UnitClocks {
 struct CoreCounters : WorkTotals {
   std::uint64_t clocks = 0, faults = 0;
   std::uint64_t node_hits = 0, node_misses = 0, leaf_hits = 0, leaf_misses = 0, list_hits = 0, list_misses = 0,
-                triangle_hits = 0, triangle_misses = 0, read_beats = 0, write_beats = 0, context_clocks = 0, entries = 0, entry_passed = 0,
-                entry_refused = 0, entry_blocked = 0;
+                triangle_hits = 0, triangle_misses = 0, read_beats = 0, write_beats = 0, context_clocks = 0,
+                entries = 0, entry_passed = 0, entry_refused = 0, entry_blocked = 0;
   UnitClocks lanes, leaf_unit, references, tri_test, bus;
 
   std::uint64_t node_steps() const { return visits(); }

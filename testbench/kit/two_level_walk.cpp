@@ -73,8 +73,8 @@ contract::RaySetupOutRecord set_up(const contract::RayRecord& ray, const MemoryI
   start.any = ray.any;
   constexpr std::int32_t kAnywhere = 1 << (contract::kPositionBits - 1);
   for (std::size_t face = 0; face < 6; ++face)
-    start.box[face] = entered ? (face % 2 != 0 ? kAnywhere - 1 : -kAnywhere)
-                              : static_cast<std::int32_t>(image.header().box[face]);
+    start.box[face] =
+        entered ? (face % 2 != 0 ? kAnywhere - 1 : -kAnywhere) : static_cast<std::int32_t>(image.header().box[face]);
   return reference::ray_setup(start);
 }
 

@@ -209,9 +209,10 @@ void add_render(CLI::App& app, Program& program) {
                                      ->capture_default_str()
                                      ->check(CLI::Range(1, 65536))
                                      ->type_name("N");
-  command->add_flag("--on-chip", a->on_chip,
-                    "The engine makes rays and pixels by itself, lit from the camera or, with --shadows, from above it: "
-                    "engine csim or rtl, --spp 1 (default), 2 or 4");
+  command->add_flag(
+      "--on-chip", a->on_chip,
+      "The engine makes rays and pixels by itself, lit from the camera or, with --shadows, from above it: "
+      "engine csim or rtl, --spp 1 (default), 2 or 4");
   const CLI::Option* const shadows =
       command->add_flag("--shadows,!--no-shadows", a->options.shadows,
                         "Shadow rays (on unless --no-shadows; with --on-chip off unless --shadows)");

@@ -236,8 +236,8 @@ TEST(CsimPixels, ShadowRaysOfRandomHits) {
     std::vector<contract::ShadeInRecord> hits(count);
     for (std::size_t s = 0; s < count; ++s) {
       for (std::size_t a = 0; a < 3; ++a) {
-        samples[s].origin[a] = static_cast<std::int32_t>(random.integer(-(1 << 26), (1 << 26) - 1)) >>
-                               (random.chance(2) ? 0 : 3);
+        samples[s].origin[a] =
+            static_cast<std::int32_t>(random.integer(-(1 << 26), (1 << 26) - 1)) >> (random.chance(2) ? 0 : 3);
         samples[s].direction[a] = static_cast<std::int32_t>(random.integer(-(1 << 26), (1 << 26) - 1));
       }
       samples[s].pixel = static_cast<std::uint32_t>(s);
@@ -278,8 +278,8 @@ TEST(ChipShading, InstancesLookAsTheyDoInOneLevel) {
       auto frame = random_frame(random, 8);
       frame.ambient = 20;
       frame.diffuse = 230;
-      const glm::dvec3 light = glm::normalize(
-          glm::dvec3(random.real(-1, 1), random.real(-1, 1), random.real(-1, 1)) + glm::dvec3(0, 0, 1e-9));
+      const glm::dvec3 light = glm::normalize(glm::dvec3(random.real(-1, 1), random.real(-1, 1), random.real(-1, 1)) +
+                                              glm::dvec3(0, 0, 1e-9));
       for (int a = 0; a < 3; ++a) frame.light[static_cast<std::size_t>(a)] = static_cast<std::int32_t>(light[a] * 4095);
       contract::ShadeInRecord hit{.id = record.first_id + triangle.id, .number = number, .hit = 1};
       bool unknown = false;

@@ -63,7 +63,8 @@ class Pixels : public testing::Test {
     for (auto& record : placed) {
       record = random_instance_shade(random_);
       if (!random_.chance(4))
-        record.material = static_cast<std::uint32_t>(random_.integer(-40, 80)) & ((1u << contract::kMaterialIndexBits) - 1);
+        record.material =
+            static_cast<std::uint32_t>(random_.integer(-40, 80)) & ((1u << contract::kMaterialIndexBits) - 1);
     }
     table_ = ShadeTable(placed, materials);
     if (!kLevels<Model>) table_.instances = 0;
@@ -161,7 +162,8 @@ class Pixels : public testing::Test {
       contract::PlacedHitRecord hit;
     };
     std::vector<Flying> flying;
-    std::array<std::deque<std::pair<std::uint64_t, unsigned>>, 2> reads;  // of materials and instances: address, beats left
+    std::array<std::deque<std::pair<std::uint64_t, unsigned>>, 2>
+        reads;  // of materials and instances: address, beats left
     std::vector<std::uint32_t> drawn(pixels.size(), 0xdeadbeef);
     std::vector<bool> done(pixels.size());
     std::map<std::uint32_t, std::size_t> made;
@@ -290,9 +292,10 @@ class Pixels : public testing::Test {
       bench_->fill_data_i = words[0];
     }
     // Of several beats only the first: it has to be remembered.
-    const std::uint64_t first = kBase + (reader == 0 ? kBroken * contract::kMaterialBytes
-                                                     : kBrokenPlaced * contract::kInstanceShadeBytes);
-    bench_->fill_error_i = broken_ && address >= first && address % std::max(kGranule<Model>, reader == 0 ? 8u : 16u) == 0;
+    const std::uint64_t first =
+        kBase + (reader == 0 ? kBroken * contract::kMaterialBytes : kBrokenPlaced * contract::kInstanceShadeBytes);
+    bench_->fill_error_i =
+        broken_ && address >= first && address % std::max(kGranule<Model>, reader == 0 ? 8u : 16u) == 0;
   }
 
   Random random_;

@@ -44,8 +44,7 @@ struct ChipScene {
   ShadeTable table;
 
   ChipScene(const std::string& name, bool two_levels) {
-    TracedScene traced =
-        snap_scene(open_scene(name), two_levels ? TwoLevels::kAuto : TwoLevels::kOff, kChipReach);
+    TracedScene traced = snap_scene(open_scene(name), two_levels ? TwoLevels::kAuto : TwoLevels::kOff, kChipReach);
     scene = std::move(traced.scene);
     world = std::move(traced.world);
     grid = std::move(traced.grid);
@@ -72,8 +71,8 @@ class RtlPictures : public testing::TestWithParam<Chip> {
 
   void make(const std::string& name, const cosim::MemoryOptions& memory) {
     scene_ = &chip_scene(name, GetParam().two_levels);
-    device_ = std::make_unique<SimulatedDevice>(
-        SimulatedDevice::Options{GetParam().configuration, memory, "", test_seed()});
+    device_ =
+        std::make_unique<SimulatedDevice>(SimulatedDevice::Options{GetParam().configuration, memory, "", test_seed()});
     driver_ = std::make_unique<CoreDriver>(*device_);
     ASSERT_TRUE(driver_->identity().pixels);
     driver_->load_pictures(scene_->image.words(), scene_->table, 4 * kMost);

@@ -118,8 +118,10 @@ int run(Arguments& arguments) {
       rate(c.leaf_hits, c.leaf_misses), rate(c.list_hits, c.list_misses), rate(c.triangle_hits, c.triangle_misses),
       double(c.context_clocks) / c.clocks);
   if (arguments.two_level)
-    std::printf("  a ray: %.2f entries, %.2f of them passed by; clocks that entries found the stage full %.2f, stood at its end %.2f\n",
-                per_ray(c.entries), per_ray(c.entry_passed), per_ray(c.entry_refused), per_ray(c.entry_blocked));
+    std::printf(
+        "  a ray: %.2f entries, %.2f of them passed by; clocks that entries found the stage full %.2f, stood at its "
+        "end %.2f\n",
+        per_ray(c.entries), per_ray(c.entry_passed), per_ray(c.entry_refused), per_ray(c.entry_blocked));
   std::printf("  bytes/ray by source:");
   const auto sources = rtl->read_bytes_by_source();
   for (std::size_t i = 0; i < sources.size(); ++i) std::printf(" %s %.1f", cosim::kReadSources[i], per_ray(sources[i]));

@@ -18,7 +18,8 @@ class RtlPixels final : public PixelEngine {
     if (!driver_.identity().pixels)
       throw Error("rtl engine: configuration " + options.configuration + " makes no pictures by itself; chip does");
     if (driver_.identity().levels < 2 && cosim::has_two_levels(image))
-      throw Error("rtl engine: configuration " + options.configuration + " reads images of one level; saarcor takes two");
+      throw Error("rtl engine: configuration " + options.configuration +
+                  " reads images of one level; saarcor takes two");
   }
 
   std::vector<std::uint32_t> draw(const contract::CameraRecord& camera, const contract::FrameRecord& frame,
@@ -65,8 +66,8 @@ class RtlPixels final : public PixelEngine {
 
 }  // namespace
 
-std::unique_ptr<PixelEngine> make_rtl_pixels(std::span<const std::uint64_t> image_words,
-                                             const ShadeTable& table, const RtlOptions& options) {
+std::unique_ptr<PixelEngine> make_rtl_pixels(std::span<const std::uint64_t> image_words, const ShadeTable& table,
+                                             const RtlOptions& options) {
   return std::make_unique<RtlPixels>(image_words, table, options);
 }
 

@@ -9,7 +9,7 @@
 namespace retrace {
 
 /// `image_words` outlives it. Throws Error if the configuration makes no pictures.
-std::unique_ptr<PixelEngine> make_rtl_pixels(std::span<const std::uint64_t> image_words,
-                                             const ShadeTable& table, const RtlOptions& options);
+std::unique_ptr<PixelEngine> make_rtl_pixels(std::span<const std::uint64_t> image_words, const ShadeTable& table,
+                                             const RtlOptions& options);
 
 }  // namespace retrace
