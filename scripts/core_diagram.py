@@ -24,9 +24,12 @@ BOXES = {
     "rt_tri_test": (11.95, 4.4, 2.0, 0.9, "unit triangle", CORE),
     "rt_result_unit": (9.0, 4.35, 2.0, 1.0, "best hit;\non or done", CORE),
     "rt_hit_finish": (6.1, 4.4, 2.0, 0.9, "t, id, u, v", CORE),
+    "rt_transform": (12.0, 2.6, 2.3, 0.8, "rows of rt_tri_test and\nrt_entry (levels = 2)", CORE),
+    "rt_entry": (9.0, 2.6, 2.0, 0.8, "ray of an object\n(levels = 2)", CORE),
     "rt_hit_sink": (0.3, 4.35, 2.0, 1.0, "lines of 64 bytes\nwith strobes", SHELL),
-    "rt_raster": (0.3, 1.9, 2.0, 1.0, "rays from a camera\n(pixels = 1)", SHELL),
-    "rt_shade": (3.3, 1.9, 2.0, 1.0, "materials, rt_light,\nsamples of a pixel", SHELL),
+    "rt_raster": (0.3, 0.7, 2.0, 1.0, "rays from a camera\n(pixels = 1)", SHELL),
+    "rt_shadow": (3.3, 0.7, 2.0, 1.0, "rays to the light,\nsamples", SHELL),
+    "rt_shade": (6.3, 0.7, 2.2, 1.0, "rt_lookup, rt_turn,\nrt_light, pixels", SHELL),
     "node cache": (6.1, 8.3, 2.0, 0.7, "a port a lane", MEMORY),
     "leaf cache": (9.0, 8.3, 2.0, 0.7, "", MEMORY),
     "list, triangle cache": (11.7, 8.3, 2.5, 0.7, "", MEMORY),
@@ -47,11 +50,18 @@ PATHS = [
     ([(9.4, 5.35), (9.4, 5.85), (7.1, 5.85), (7.1, 6.3)], "return", (8.2, 5.98)),
     ([(9.0, 4.85), (8.1, 4.85)], "finish", (8.55, 4.98)),
     ([(6.1, 4.85), (2.3, 4.85)], "hits", (5.2, 4.98)),
-    ([(2.3, 2.65), (2.72, 2.65), (2.72, 6.55), (3.3, 6.55)], "", None),
-    ([(2.3, 2.2), (3.3, 2.2)], "misses", (2.8, 2.0)),
-    ([(5.0, 4.85), (5.0, 2.9)], "", None),
-    ([(4.3, 1.9), (4.3, 1.5), (-0.1, 1.5), (-0.1, 4.6), (0.3, 4.6)], "pixels", (2.8, 1.58)),
-    ([(9.6, 4.35), (9.6, 3.75), (4.3, 3.75), (4.3, 6.3)], "free context", (6.9, 3.88)),
+    ([(2.3, 1.45), (2.6, 1.45), (2.6, 6.55), (3.3, 6.55)], "", None),
+    ([(3.3, 1.45), (2.6, 1.45), (2.6, 2.0)], "", None),
+    ([(1.3, 0.7), (1.3, 0.35), (7.4, 0.35), (7.4, 0.7)], "misses", (4.3, 0.43)),
+    ([(5.0, 4.85), (5.0, 1.7)], "", None),
+    ([(5.3, 1.2), (6.3, 1.2)], "samples", (5.8, 1.33)),
+    ([(7.4, 1.7), (7.4, 2.1), (-0.1, 2.1), (-0.1, 4.6), (0.3, 4.6)], "pixels", (6.5, 2.18)),
+    ([(9.6, 4.35), (9.6, 3.85), (4.3, 3.85), (4.3, 6.3)], "free context", (6.9, 3.96)),
+    ([(13.6, 6.3), (14.4, 6.3), (14.4, 3.65), (10.6, 3.65), (10.6, 3.4)], "instance", (14.0, 3.73)),
+    ([(11.0, 3.1), (12.0, 3.1)], "", None),
+    ([(12.0, 2.8), (11.0, 2.8)], "rows", (11.5, 2.62)),
+    ([(13.2, 3.4), (13.2, 4.4)], "", None),
+    ([(9.0, 3.0), (8.5, 3.0), (8.5, 6.05), (7.7, 6.05), (7.7, 6.3)], "launch", (8.2, 3.1)),
     ([(7.1, 7.3), (7.1, 8.3)], "", None),
     ([(10.0, 7.3), (10.0, 8.3)], "", None),
     ([(12.95, 7.3), (12.95, 8.3)], "", None),
@@ -69,10 +79,10 @@ PATHS = [
 
 
 def draw():
-    figure, axes = plt.subplots(figsize=(13, 7.8))
-    axes.add_patch(patches.FancyBboxPatch((2.95, 3.35), 11.55, 7.35, boxstyle="round,pad=0.1", facecolor="none", edgecolor="#336699", linewidth=1.6, linestyle="--"))
-    axes.text(14.4, 3.45, "rt_core", ha="right", fontsize=12, color="#336699", weight="bold")
-    axes.text(0.3, 3.45, "rt_top (AXI)", fontsize=12, color="#555555", weight="bold")
+    figure, axes = plt.subplots(figsize=(13, 8.7))
+    axes.add_patch(patches.FancyBboxPatch((2.95, 2.45), 11.65, 8.25, boxstyle="round,pad=0.1", facecolor="none", edgecolor="#336699", linewidth=1.6, linestyle="--"))
+    axes.text(8.2, 2.55, "rt_core", ha="right", fontsize=12, color="#336699", weight="bold")
+    axes.text(0.3, 2.45, "rt_top (AXI)", fontsize=12, color="#555555", weight="bold")
     for name, (x, y, width, height, text, colour) in BOXES.items():
         axes.add_patch(patches.FancyBboxPatch((x, y), width, height, boxstyle="round,pad=0.0,rounding_size=0.08", facecolor=colour, edgecolor="#444444"))
         axes.text(x + width / 2, y + height - 0.24, name, ha="center", va="center", fontsize=10, weight="bold")
@@ -85,7 +95,7 @@ def draw():
         if label:
             axes.text(*place, label, ha="center", fontsize=8.5, color="#222222")
     axes.set_xlim(-1.3, 14.8)
-    axes.set_ylim(1.2, 10.9)
+    axes.set_ylim(0.1, 10.9)
     axes.axis("off")
     return figure
 

@@ -108,6 +108,7 @@ TWO_LEVELS = [
     ("a context that passes an object by is lost to a leaf", "isect/rt_entry.sv", "(next_valid_o && @next_ready_i@)", "1'b1"),
     ("an object is walked from the root of the top tree", "isect/rt_entry.sv", "launch_o.node       = @{tag.entry.root, 1'b0}@;", "'0"),
     ("the steps of an object are counted anew", "isect/rt_entry.sv", "launch_o.steps      = @tag.entry.steps@;", "'0"),
+    ("an instance that waits is lost to the next one", "isect/rt_entry.sv", "in_ready_o = @!held_q || ray_ready@;", "1'b1"),
     ("the first axis stands for all", "isect/rt_entry.sv", "place_q   <= @rows_come ? place_i[2:1] : {place_q[2], place_q[2]}@;", "{place_i[0], place_i[0]}"),
     ("a triangle's offset is not rounded", "isect/rt_transform.sv", "+ @(term_t'(1) <<< HalfShift)@;", "'0"),
     ("an object's offset is that of a triangle", "isect/rt_transform.sv", "(@entry ? sum_t'(term[i]) <<< rt_contract_pkg::PositionFrac : sum_t'(term[i]) <<< OffsetShift@)",
@@ -148,5 +149,5 @@ TWO_LEVELS = [
     ("axes of a ray are lost to an object's", "core/rt_core.sv", "entry_axis_ready = @(!axis_valid || axis.axis == 2'(rt_core_pkg::Axes - 1))@ &&", "1'b1"),
     ("an object is launched beside a return", "core/rt_core.sv", "&& @!(entry_launch_valid && return_valid_q)@;", "1'b1"),
     ("a ray is launched beside an object", "core/rt_core.sv", "!return_valid_q && @!entry_axis_go@;", "1'b1"),
-    ("a test enters beside an instance", "core/rt_core.sv", "entering_ready = unit_ready && @!enter_valid@;", "1'b1"),
+    ("a test enters beside an instance", "core/rt_core.sv", "entering_ready = unit_ready && @!transform_entry@;", "1'b1"),
 ]

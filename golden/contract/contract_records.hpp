@@ -494,6 +494,7 @@ struct FrameRecord {
   std::uint32_t tile_y{};  ///< Of its height.
   std::uint32_t samples{};  ///< Logarithm of the samples a pixel.
   std::uint32_t kind{};  ///< What pixels hold.
+  std::uint32_t shadows{};  ///< A colour is lit only where nothing stands between it and the light: another ray each.
   std::uint32_t ambient{};  ///< Light from everywhere, 1/256 of full light.
   std::uint32_t diffuse{};  ///< Light from one side, on a surface that faces it.
   std::array<std::uint32_t, 3> background{};  ///< Where nothing is hit.
@@ -509,22 +510,23 @@ struct FrameRecord {
     r.tile_y = static_cast<std::uint32_t>(detail::get_bits(words, 29, 3));
     r.samples = static_cast<std::uint32_t>(detail::get_bits(words, 32, 2));
     r.kind = static_cast<std::uint32_t>(detail::get_bits(words, 34, 3));
-    r.ambient = static_cast<std::uint32_t>(detail::get_bits(words, 37, 8));
-    r.diffuse = static_cast<std::uint32_t>(detail::get_bits(words, 45, 8));
-    r.background[0] = static_cast<std::uint32_t>(detail::get_bits(words, 53, 8));
-    r.background[1] = static_cast<std::uint32_t>(detail::get_bits(words, 61, 8));
-    r.background[2] = static_cast<std::uint32_t>(detail::get_bits(words, 69, 8));
-    r.offset_x[0] = static_cast<std::uint32_t>(detail::get_bits(words, 77, 8));
-    r.offset_x[1] = static_cast<std::uint32_t>(detail::get_bits(words, 85, 8));
-    r.offset_x[2] = static_cast<std::uint32_t>(detail::get_bits(words, 93, 8));
-    r.offset_x[3] = static_cast<std::uint32_t>(detail::get_bits(words, 101, 8));
-    r.offset_y[0] = static_cast<std::uint32_t>(detail::get_bits(words, 109, 8));
-    r.offset_y[1] = static_cast<std::uint32_t>(detail::get_bits(words, 117, 8));
-    r.offset_y[2] = static_cast<std::uint32_t>(detail::get_bits(words, 125, 8));
-    r.offset_y[3] = static_cast<std::uint32_t>(detail::get_bits(words, 133, 8));
-    r.light[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 141, 13), 13));
-    r.light[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 154, 13), 13));
-    r.light[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 167, 13), 13));
+    r.shadows = static_cast<std::uint32_t>(detail::get_bits(words, 37, 1));
+    r.ambient = static_cast<std::uint32_t>(detail::get_bits(words, 38, 8));
+    r.diffuse = static_cast<std::uint32_t>(detail::get_bits(words, 46, 8));
+    r.background[0] = static_cast<std::uint32_t>(detail::get_bits(words, 54, 8));
+    r.background[1] = static_cast<std::uint32_t>(detail::get_bits(words, 62, 8));
+    r.background[2] = static_cast<std::uint32_t>(detail::get_bits(words, 70, 8));
+    r.offset_x[0] = static_cast<std::uint32_t>(detail::get_bits(words, 78, 8));
+    r.offset_x[1] = static_cast<std::uint32_t>(detail::get_bits(words, 86, 8));
+    r.offset_x[2] = static_cast<std::uint32_t>(detail::get_bits(words, 94, 8));
+    r.offset_x[3] = static_cast<std::uint32_t>(detail::get_bits(words, 102, 8));
+    r.offset_y[0] = static_cast<std::uint32_t>(detail::get_bits(words, 110, 8));
+    r.offset_y[1] = static_cast<std::uint32_t>(detail::get_bits(words, 118, 8));
+    r.offset_y[2] = static_cast<std::uint32_t>(detail::get_bits(words, 126, 8));
+    r.offset_y[3] = static_cast<std::uint32_t>(detail::get_bits(words, 134, 8));
+    r.light[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 142, 13), 13));
+    r.light[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 155, 13), 13));
+    r.light[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 168, 13), 13));
     return r;
   }
 
@@ -536,22 +538,23 @@ struct FrameRecord {
     detail::put_bits(words, 29, 3, tile_y);
     detail::put_bits(words, 32, 2, samples);
     detail::put_bits(words, 34, 3, kind);
-    detail::put_bits(words, 37, 8, ambient);
-    detail::put_bits(words, 45, 8, diffuse);
-    detail::put_bits(words, 53, 8, background[0]);
-    detail::put_bits(words, 61, 8, background[1]);
-    detail::put_bits(words, 69, 8, background[2]);
-    detail::put_bits(words, 77, 8, offset_x[0]);
-    detail::put_bits(words, 85, 8, offset_x[1]);
-    detail::put_bits(words, 93, 8, offset_x[2]);
-    detail::put_bits(words, 101, 8, offset_x[3]);
-    detail::put_bits(words, 109, 8, offset_y[0]);
-    detail::put_bits(words, 117, 8, offset_y[1]);
-    detail::put_bits(words, 125, 8, offset_y[2]);
-    detail::put_bits(words, 133, 8, offset_y[3]);
-    detail::put_bits(words, 141, 13, static_cast<std::uint64_t>(static_cast<std::int64_t>(light[0])));
-    detail::put_bits(words, 154, 13, static_cast<std::uint64_t>(static_cast<std::int64_t>(light[1])));
-    detail::put_bits(words, 167, 13, static_cast<std::uint64_t>(static_cast<std::int64_t>(light[2])));
+    detail::put_bits(words, 37, 1, shadows);
+    detail::put_bits(words, 38, 8, ambient);
+    detail::put_bits(words, 46, 8, diffuse);
+    detail::put_bits(words, 54, 8, background[0]);
+    detail::put_bits(words, 62, 8, background[1]);
+    detail::put_bits(words, 70, 8, background[2]);
+    detail::put_bits(words, 78, 8, offset_x[0]);
+    detail::put_bits(words, 86, 8, offset_x[1]);
+    detail::put_bits(words, 94, 8, offset_x[2]);
+    detail::put_bits(words, 102, 8, offset_x[3]);
+    detail::put_bits(words, 110, 8, offset_y[0]);
+    detail::put_bits(words, 118, 8, offset_y[1]);
+    detail::put_bits(words, 126, 8, offset_y[2]);
+    detail::put_bits(words, 134, 8, offset_y[3]);
+    detail::put_bits(words, 142, 13, static_cast<std::uint64_t>(static_cast<std::int64_t>(light[0])));
+    detail::put_bits(words, 155, 13, static_cast<std::uint64_t>(static_cast<std::int64_t>(light[1])));
+    detail::put_bits(words, 168, 13, static_cast<std::uint64_t>(static_cast<std::int64_t>(light[2])));
   }
 
   constexpr bool fits() const {
@@ -562,6 +565,7 @@ struct FrameRecord {
     ok = ok && detail::fits_unsigned(tile_y, 3);
     ok = ok && detail::fits_unsigned(samples, 2);
     ok = ok && detail::fits_unsigned(kind, 3);
+    ok = ok && detail::fits_unsigned(shadows, 1);
     ok = ok && detail::fits_unsigned(ambient, 8);
     ok = ok && detail::fits_unsigned(diffuse, 8);
     for (auto x : background) ok = ok && detail::fits_unsigned(x, 8);
@@ -580,6 +584,7 @@ struct FrameRecord {
     visitor("tile_y", tile_y, 3);
     visitor("samples", samples, 2);
     visitor("kind", kind, 3);
+    visitor("shadows", shadows, 1);
     visitor("ambient", ambient, 8);
     visitor("diffuse", diffuse, 8);
     for (auto& x : background) visitor("background", x, 8);
@@ -590,10 +595,61 @@ struct FrameRecord {
   friend bool operator==(const FrameRecord&, const FrameRecord&) = default;
 };
 
-/// What shading needs of a triangle, by its id.
+/// What shading needs of an instance, by its number. These records stand in front of the materials, in one table.
+struct InstanceShadeRecord {
+  static constexpr int kWords = 2;
+  std::array<std::int32_t, 9> turn{};  ///< Rotation from the world's axes to the object's, row by row: the light is seen from the object.
+  std::uint32_t material{};  ///< Place of the object's first material in the table, less the id of the instance's first triangle.
+
+  static constexpr InstanceShadeRecord unpack(const std::uint64_t* words) {
+    InstanceShadeRecord r;
+    r.turn[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 0, 11), 11));
+    r.turn[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 11, 11), 11));
+    r.turn[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 22, 11), 11));
+    r.turn[3] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 33, 11), 11));
+    r.turn[4] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 44, 11), 11));
+    r.turn[5] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 55, 11), 11));
+    r.turn[6] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 66, 11), 11));
+    r.turn[7] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 77, 11), 11));
+    r.turn[8] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 88, 11), 11));
+    r.material = static_cast<std::uint32_t>(detail::get_bits(words, 99, 25));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 11, static_cast<std::uint64_t>(static_cast<std::int64_t>(turn[0])));
+    detail::put_bits(words, 11, 11, static_cast<std::uint64_t>(static_cast<std::int64_t>(turn[1])));
+    detail::put_bits(words, 22, 11, static_cast<std::uint64_t>(static_cast<std::int64_t>(turn[2])));
+    detail::put_bits(words, 33, 11, static_cast<std::uint64_t>(static_cast<std::int64_t>(turn[3])));
+    detail::put_bits(words, 44, 11, static_cast<std::uint64_t>(static_cast<std::int64_t>(turn[4])));
+    detail::put_bits(words, 55, 11, static_cast<std::uint64_t>(static_cast<std::int64_t>(turn[5])));
+    detail::put_bits(words, 66, 11, static_cast<std::uint64_t>(static_cast<std::int64_t>(turn[6])));
+    detail::put_bits(words, 77, 11, static_cast<std::uint64_t>(static_cast<std::int64_t>(turn[7])));
+    detail::put_bits(words, 88, 11, static_cast<std::uint64_t>(static_cast<std::int64_t>(turn[8])));
+    detail::put_bits(words, 99, 25, material);
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    for (auto x : turn) ok = ok && detail::fits_signed(x, 11);
+    ok = ok && detail::fits_unsigned(material, 25);
+    return ok;
+  }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    for (auto& x : turn) visitor("turn", x, 11);
+    visitor("material", material, 25);
+  }
+  friend bool operator==(const InstanceShadeRecord&, const InstanceShadeRecord&) = default;
+};
+
+/// What shading needs of a triangle, by its id; in a scene with instances, of a triangle of an object.
 struct MaterialRecord {
   static constexpr int kWords = 1;
-  std::array<std::int32_t, 3> normal{};  ///< Unit normal on the grid.
+  std::array<std::int32_t, 3> normal{};  ///< Unit normal on the grid, or on that of the object.
   std::array<std::uint32_t, 3> colour{};  ///< Red, green, blue.
   std::uint32_t unlit{};  ///< Shows its colour whatever the light.
 
@@ -713,10 +769,12 @@ struct RasterOutRecord {
 
 /// What became of a sample, for the kernels' streams.
 struct ShadeInRecord {
-  static constexpr int kWords = 2;
+  static constexpr int kWords = 4;
   std::uint32_t t{};
   std::uint32_t id{};
+  std::uint32_t number{};  ///< Of the instance.
   std::uint32_t hit{};
+  std::uint32_t shadow{};  ///< Something stands between the hit and the light.
   std::uint32_t scale{};
   std::uint32_t start{};
   std::uint32_t pixel{};
@@ -725,10 +783,12 @@ struct ShadeInRecord {
     ShadeInRecord r;
     r.t = static_cast<std::uint32_t>(detail::get_bits(words, 0, 27));
     r.id = static_cast<std::uint32_t>(detail::get_bits(words, 27, 32));
-    r.hit = static_cast<std::uint32_t>(detail::get_bits(words, 59, 1));
-    r.scale = static_cast<std::uint32_t>(detail::get_bits(words, 60, 5));
-    r.start = static_cast<std::uint32_t>(detail::get_bits(words, 65, 23));
-    r.pixel = static_cast<std::uint32_t>(detail::get_bits(words, 88, 23));
+    r.number = static_cast<std::uint32_t>(detail::get_bits(words, 59, 24));
+    r.hit = static_cast<std::uint32_t>(detail::get_bits(words, 83, 1));
+    r.shadow = static_cast<std::uint32_t>(detail::get_bits(words, 84, 1));
+    r.scale = static_cast<std::uint32_t>(detail::get_bits(words, 85, 5));
+    r.start = static_cast<std::uint32_t>(detail::get_bits(words, 90, 23));
+    r.pixel = static_cast<std::uint32_t>(detail::get_bits(words, 113, 23));
     return r;
   }
 
@@ -736,16 +796,20 @@ struct ShadeInRecord {
     for (int i = 0; i < kWords; ++i) words[i] = 0;
     detail::put_bits(words, 0, 27, t);
     detail::put_bits(words, 27, 32, id);
-    detail::put_bits(words, 59, 1, hit);
-    detail::put_bits(words, 60, 5, scale);
-    detail::put_bits(words, 65, 23, start);
-    detail::put_bits(words, 88, 23, pixel);
+    detail::put_bits(words, 59, 24, number);
+    detail::put_bits(words, 83, 1, hit);
+    detail::put_bits(words, 84, 1, shadow);
+    detail::put_bits(words, 85, 5, scale);
+    detail::put_bits(words, 90, 23, start);
+    detail::put_bits(words, 113, 23, pixel);
   }
 
   constexpr bool fits() const {
     bool ok = true;
     ok = ok && detail::fits_unsigned(t, 27);
+    ok = ok && detail::fits_unsigned(number, 24);
     ok = ok && detail::fits_unsigned(hit, 1);
+    ok = ok && detail::fits_unsigned(shadow, 1);
     ok = ok && detail::fits_unsigned(scale, 5);
     ok = ok && detail::fits_unsigned(start, 23);
     ok = ok && detail::fits_unsigned(pixel, 23);
@@ -757,7 +821,9 @@ struct ShadeInRecord {
   void visit(Visitor&& visitor) {
     visitor("t", t, 27);
     visitor("id", id, 32);
+    visitor("number", number, 24);
     visitor("hit", hit, 1);
+    visitor("shadow", shadow, 1);
     visitor("scale", scale, 5);
     visitor("start", start, 23);
     visitor("pixel", pixel, 23);
@@ -817,6 +883,55 @@ struct HitRecord {
     visitor("v", v, 25);
   }
   friend bool operator==(const HitRecord&, const HitRecord&) = default;
+};
+
+/// Hit of a camera's ray as the kernel writes it: where it is, and of which instance.
+struct PlacedHitRecord {
+  static constexpr int kWords = 2;
+  std::uint32_t t{};  ///< As in hit.
+  std::uint32_t reserved{};  ///< 0.
+  std::uint32_t status{};
+  std::uint32_t id{};
+  std::uint32_t number{};  ///< Of the instance, 0 where there is none.
+
+  static constexpr PlacedHitRecord unpack(const std::uint64_t* words) {
+    PlacedHitRecord r;
+    r.t = static_cast<std::uint32_t>(detail::get_bits(words, 0, 27));
+    r.reserved = static_cast<std::uint32_t>(detail::get_bits(words, 27, 1));
+    r.status = static_cast<std::uint32_t>(detail::get_bits(words, 28, 4));
+    r.id = static_cast<std::uint32_t>(detail::get_bits(words, 32, 32));
+    r.number = static_cast<std::uint32_t>(detail::get_bits(words, 64, 24));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 27, t);
+    detail::put_bits(words, 27, 1, reserved);
+    detail::put_bits(words, 28, 4, status);
+    detail::put_bits(words, 32, 32, id);
+    detail::put_bits(words, 64, 24, number);
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    ok = ok && detail::fits_unsigned(t, 27);
+    ok = ok && detail::fits_unsigned(reserved, 1);
+    ok = ok && detail::fits_unsigned(status, 4);
+    ok = ok && detail::fits_unsigned(number, 24);
+    return ok;
+  }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    visitor("t", t, 27);
+    visitor("reserved", reserved, 1);
+    visitor("status", status, 4);
+    visitor("id", id, 32);
+    visitor("number", number, 24);
+  }
+  friend bool operator==(const PlacedHitRecord&, const PlacedHitRecord&) = default;
 };
 
 /// Work of one ray, as the kernels write it on request.

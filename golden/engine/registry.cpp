@@ -68,10 +68,11 @@ std::unique_ptr<Engine> make_engine(const std::string& specification, const Grid
 }
 
 std::unique_ptr<PixelEngine> make_pixel_engine(const std::string& specification, const MemoryImage& image,
-                                               std::span<const contract::MaterialRecord> materials) {
+                                               const ShadeTable& table) {
   const EngineKind& kind = find_engine(specification);
   if (!kind.make_pixels) throw UsageError("engine " + kind.name + " makes no pictures by itself");
-  return kind.make_pixels(image, materials, argument_of(specification));
+  if (image.two_levels()) check_instances(specification);
+  return kind.make_pixels(image, table, argument_of(specification));
 }
 
 std::vector<std::string> parse_engines(const std::string& list) {

@@ -52,9 +52,9 @@ struct EngineKind {
   /// `scene` and `image` outlive the engine.
   std::function<std::unique_ptr<Engine>(const GridScene& scene, const MemoryImage& image, const std::string& argument)>
       make;
-  /// An engine that makes pictures by itself. `image` outlives it; materials are by triangle id. Empty for what has none.
-  std::function<std::unique_ptr<PixelEngine>(
-      const MemoryImage& image, std::span<const contract::MaterialRecord> materials, const std::string& argument)>
+  /// An engine that makes pictures by itself. `image` outlives it. Empty for what has none.
+  std::function<std::unique_ptr<PixelEngine>(const MemoryImage& image, const ShadeTable& table,
+                                             const std::string& argument)>
       make_pixels;
 };
 
@@ -74,8 +74,9 @@ std::vector<std::string> parse_engines(const std::string& list);
 /// one, because then nothing less than the same bits will do. The first stands for itself.
 std::vector<std::size_t> places_held_against(std::span<const std::string> engines);
 /// Throws UsageError if the engine makes no pictures by itself.
+/// Throws as check_instances() does for an image of two levels.
 std::unique_ptr<PixelEngine> make_pixel_engine(const std::string& specification, const MemoryImage& image,
-                                               std::span<const contract::MaterialRecord> materials);
+                                               const ShadeTable& table);
 /// Throws UsageError if the engine does not trace images of two levels.
 void check_instances(const std::string& specification);
 /// Throws as check_instances() does for an image of two levels.

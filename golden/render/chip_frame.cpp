@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "golden/engine/pixels.hpp"
 #include "golden/render/tonemap.hpp"
+#include "golden/tree/instance.hpp"
 
 namespace retrace {
 namespace {
@@ -106,31 +108,94 @@ contract::FrameRecord chip_frame(const ViewCamera& view, const ChipOptions& opti
   if (options.samples == 2) frame.offset_x = {64, 192, 64, 192}, frame.offset_y = {64, 192, 192, 64};
   // A square on its corner: no two samples in a row or a column.
   if (options.samples == 4) frame.offset_x = {96, 224, 32, 160}, frame.offset_y = {32, 96, 160, 224};
-  frame.light = normal_codes(glm::dvec3(view.world[2]));
+  const glm::dvec3 right(view.world[0]), up(view.world[1]), back(view.world[2]);
+  frame.light = normal_codes(options.shadows ? glm::normalize(0.5 * right + 0.8 * up + 0.6 * back) : back);
+  frame.shadows = options.shadows ? 1 : 0;
   check_frame(frame);
   return frame;
 }
 
-std::vector<contract::MaterialRecord> chip_materials(const Surfaces& surfaces) {
-  std::vector<contract::MaterialRecord> materials(surfaces.world().vertices.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, materials.size(), 4096), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+namespace {
+
+/// The material of a triangle of the world, with that normal.
+contract::MaterialRecord material_of(const Surfaces& surfaces, std::uint32_t id, const glm::dvec3& normal) {
+  Hit hit;
+  hit.status = contract::kStatusHit;
+  hit.id = id;
+  hit.u = hit.v = 1.0 / 3.0;
+  const SurfacePoint point = surfaces.at(hit, -surfaces.front(id));
+  contract::MaterialRecord material;
+  material.normal = normal_codes(normal);
+  const bool emits = luminance(point.emissive) > 0.0f;
+  const glm::vec3 colour = srgb_encode(glm::clamp(glm::vec3(point.base) + point.emissive, 0.0f, 1.0f));
+  for (int c = 0; c < 3; ++c) material.colour[static_cast<std::size_t>(c)] = shade_code(colour[c]);
+  material.unlit = emits || point.unlit ? 1 : 0;
+  return material;
+}
+
+/// The rotation, or the rotation and reflection, from the world's axes to the object's; nothing where the object is stretched.
+std::optional<glm::dmat3> turn_of(const contract::InstanceRecord& record) {
+  glm::dmat3 turn = object_from_world(record).linear;
+  const double scale = std::cbrt(std::abs(glm::determinant(turn)));
+  if (!(scale > 0.0)) return std::nullopt;
+  turn *= 1.0 / scale;
+  const glm::dmat3 off = turn * glm::transpose(turn) - glm::dmat3(1.0);
+  constexpr double kTolerance = 0x1p-9;  // of a normal's length: below a step of what a screen shows
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      if (std::abs(off[i][j]) > kTolerance) return std::nullopt;
+  return turn;
+}
+
+}  // namespace
+
+ShadeTable chip_shading(const Surfaces& surfaces) {
+  const GridScene& grid = surfaces.grid();
+  const auto each = [](std::size_t count, const auto& body) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 4096), [&](const auto& range) {
+      for (std::size_t i = range.begin(); i < range.end(); ++i) body(i);
+    });
+  };
+  if (!grid.two_levels) {
+    std::vector<contract::MaterialRecord> materials(surfaces.world().vertices.size());
+    each(materials.size(), [&](std::size_t i) {
       const auto id = static_cast<std::uint32_t>(i);
-      if (!surfaces.exists(id)) continue;  // no area: nothing hits it
-      Hit hit;
-      hit.status = contract::kStatusHit;
-      hit.id = id;
-      hit.u = hit.v = 1.0 / 3.0;
-      const glm::dvec3 front = surfaces.front(id);
-      const SurfacePoint point = surfaces.at(hit, -front);
-      materials[i].normal = normal_codes(front);
-      const bool emits = luminance(point.emissive) > 0.0f;
-      const glm::vec3 colour = srgb_encode(glm::clamp(glm::vec3(point.base) + point.emissive, 0.0f, 1.0f));
-      for (int c = 0; c < 3; ++c) materials[i].colour[static_cast<std::size_t>(c)] = shade_code(colour[c]);
-      materials[i].unlit = emits || point.unlit ? 1 : 0;
+      if (surfaces.exists(id)) materials[i] = material_of(surfaces, id, surfaces.front(id));  // others are never hit
+    });
+    return materials;
+  }
+  std::vector<contract::InstanceShadeRecord> placed(grid.instances.size());
+  std::vector<contract::MaterialRecord> materials;
+  std::vector<std::optional<std::size_t>> first(grid.objects.size());  // of the objects that instances share
+  const std::size_t before = contract::InstanceShadeRecord::kWords * placed.size();
+  for (std::size_t number = 0; number < placed.size(); ++number) {
+    const contract::InstanceRecord& record = grid.instances[number].record;
+    const std::vector<GridTriangle>& triangles = grid.objects[record.root].triangles;
+    const std::optional<glm::dmat3> turn = turn_of(record);
+    std::size_t at = materials.size();
+    if (turn && first[record.root]) {
+      at = *first[record.root];
+    } else {
+      if (turn) first[record.root] = at;
+      materials.resize(at + (triangles.empty() ? 0 : triangles.back().id + std::size_t{1}));
+      each(triangles.size(), [&](std::size_t i) {
+        const std::uint32_t id = record.first_id + triangles[i].id;
+        const glm::dvec3 normal = surfaces.front(id);
+        materials[at + triangles[i].id] = material_of(surfaces, id, turn ? *turn * normal : normal);
+      });
     }
-  });
-  return materials;
+    constexpr std::size_t kMost = std::size_t{1} << contract::kMaterialIndexBits;
+    if (before + materials.size() > kMost)
+      throw Error("the scene has more materials than a table for the chip can hold");
+    placed[number].material =
+        static_cast<std::uint32_t>(before + at - record.first_id) & static_cast<std::uint32_t>(kMost - 1);
+    constexpr double kOne = 1 << contract::kTurnFrac;
+    for (std::size_t i = 0; i < 9; ++i) {
+      const double component = turn ? (*turn)[static_cast<int>(i % 3)][static_cast<int>(i / 3)] : (i % 4 == 0 ? 1 : 0);
+      placed[number].turn[i] = static_cast<std::int32_t>(std::clamp(std::round(component * kOne), -kOne, kOne - 1));
+    }
+  }
+  return ShadeTable(placed, materials);
 }
 
 Raster chip_picture(const std::vector<std::uint32_t>& pixels, int width, int height) {

@@ -103,7 +103,7 @@ bool has_instances(const Scene& scene) {
   return instanced > 0 && instanced >= 2 * held;
 }
 
-InstancedScene::InstancedScene(const Scene& scene) {
+InstancedScene::InstancedScene(const Scene& scene, double side) : side_(side) {
   grid_.two_levels = true;
   place(scene, [](std::uint32_t) { return true; });
 }
@@ -141,7 +141,7 @@ void InstancedScene::place(const Scene& scene, const std::function<bool(std::uin
   if (bounds.lower.x <= bounds.upper.x) {
     grid_.transform.center = bounds.lower * 0.5 + bounds.upper * 0.5;
     const glm::dvec3 half = bounds.upper * 0.5 - bounds.lower * 0.5;
-    const double scale = kWorldReach / std::max({half.x, half.y, half.z});
+    const double scale = std::min(side_, kWorldReach) / std::max({half.x, half.y, half.z});
     grid_.transform.scale = std::isfinite(scale) && scale > 0 ? scale : 1.0;
   }
 

@@ -16,8 +16,8 @@ namespace retrace {
 
 class InstancedScene {
  public:
-  /// Throws Error that names a node whose place in the world is not finite.
-  explicit InstancedScene(const Scene& scene);
+  /// The boxes of all instances lie in [-side, side]^3 of the world's grid. Throws Error that names a node whose place in the world is not finite.
+  explicit InstancedScene(const Scene& scene, double side = 1.0);
   const GridScene& grid() const { return grid_; }
   GridScene release() && { return std::move(grid_); }
 
@@ -42,6 +42,7 @@ class InstancedScene {
   void place(const Scene& scene, const std::function<bool(std::uint32_t)>& deforms);
 
   GridScene grid_;
+  double side_;
   std::vector<Key> keys_;     ///< by object
   std::map<Key, Held> held_;  ///< grids of the objects are in grid_
   std::vector<std::uint32_t> changed_;

@@ -13,7 +13,7 @@ TracedScene snap_scene(Scene scene, TwoLevels levels, double side) {
   traced.scene = std::move(scene);
   traced.world = flatten(traced.scene);
   const bool two = levels == TwoLevels::kOn || (levels == TwoLevels::kAuto && has_instances(traced.scene));
-  traced.grid = two ? InstancedScene(traced.scene).release() : snap(traced.world, side);
+  traced.grid = two ? InstancedScene(traced.scene, side).release() : snap(traced.world, side);
   return traced;
 }
 

@@ -47,6 +47,8 @@ typedef ap_uint<3> pixel_kind_t;  // 3 bits
 typedef ap_uint<23> pixel_index_t;  // 23 bits
 typedef ap_uint<8> shade_t;  // 8 bits
 typedef ap_int<13> normal_t;  // Q1.12
+typedef ap_int<11> turn_t;  // Q1.10
+typedef ap_uint<25> material_index_t;  // 25 bits
 typedef ap_uint<32> word32_t;  // 32 bits
 typedef ap_uint<64> float64_t;  // 64 bits
 
@@ -911,6 +913,7 @@ struct frame_record {
   tile_log2_t tile_y;
   sample_log2_t samples;
   pixel_kind_t kind;
+  flag_t shadows;
   shade_t ambient;
   shade_t diffuse;
   shade_t background[3];
@@ -929,30 +932,31 @@ inline frame_record unpack_frame(const word_t words[2]) {
   r.tile_y = w0 >> 29;
   r.samples = w0 >> 32;
   r.kind = w0 >> 34;
-  r.ambient = w0 >> 37;
-  r.diffuse = w0 >> 45;
-  r.background[0] = w0 >> 53;
-  ap_uint<64> background1_low = w0 >> 61;
+  r.shadows = w0 >> 37;
+  r.ambient = w0 >> 38;
+  r.diffuse = w0 >> 46;
+  r.background[0] = w0 >> 54;
+  ap_uint<64> background1_low = w0 >> 62;
   ap_uint<64> background1_high = w1;
-  background1_high <<= 3;
+  background1_high <<= 2;
   background1_low |= background1_high;
   r.background[1] = background1_low;
-  r.background[2] = w1 >> 5;
-  r.offset_x[0] = w1 >> 13;
-  r.offset_x[1] = w1 >> 21;
-  r.offset_x[2] = w1 >> 29;
-  r.offset_x[3] = w1 >> 37;
-  r.offset_y[0] = w1 >> 45;
-  r.offset_y[1] = w1 >> 53;
-  ap_uint<64> offset_y2_low = w1 >> 61;
+  r.background[2] = w1 >> 6;
+  r.offset_x[0] = w1 >> 14;
+  r.offset_x[1] = w1 >> 22;
+  r.offset_x[2] = w1 >> 30;
+  r.offset_x[3] = w1 >> 38;
+  r.offset_y[0] = w1 >> 46;
+  r.offset_y[1] = w1 >> 54;
+  ap_uint<64> offset_y2_low = w1 >> 62;
   ap_uint<64> offset_y2_high = w2;
-  offset_y2_high <<= 3;
+  offset_y2_high <<= 2;
   offset_y2_low |= offset_y2_high;
   r.offset_y[2] = offset_y2_low;
-  r.offset_y[3] = w2 >> 5;
-  r.light[0] = w2 >> 13;
-  r.light[1] = w2 >> 26;
-  r.light[2] = w2 >> 39;
+  r.offset_y[3] = w2 >> 6;
+  r.light[0] = w2 >> 14;
+  r.light[1] = w2 >> 27;
+  r.light[2] = w2 >> 40;
   return r;
 }
 inline void pack_frame(const frame_record& r, word_t words[2]) {
@@ -983,73 +987,77 @@ inline void pack_frame(const frame_record& r, word_t words[2]) {
   ap_uint<64> kind0_0 = kind0;
   kind0_0 <<= 34;
   w0 |= kind0_0;
+  const ap_uint<64> shadows0 = ap_uint<1>(r.shadows);
+  ap_uint<64> shadows0_0 = shadows0;
+  shadows0_0 <<= 37;
+  w0 |= shadows0_0;
   const ap_uint<64> ambient0 = ap_uint<8>(r.ambient);
   ap_uint<64> ambient0_0 = ambient0;
-  ambient0_0 <<= 37;
+  ambient0_0 <<= 38;
   w0 |= ambient0_0;
   const ap_uint<64> diffuse0 = ap_uint<8>(r.diffuse);
   ap_uint<64> diffuse0_0 = diffuse0;
-  diffuse0_0 <<= 45;
+  diffuse0_0 <<= 46;
   w0 |= diffuse0_0;
   const ap_uint<64> background0 = ap_uint<8>(r.background[0]);
   ap_uint<64> background0_0 = background0;
-  background0_0 <<= 53;
+  background0_0 <<= 54;
   w0 |= background0_0;
   const ap_uint<64> background1 = ap_uint<8>(r.background[1]);
   ap_uint<64> background1_0 = background1;
-  background1_0 <<= 61;
+  background1_0 <<= 62;
   w0 |= background1_0;
-  ap_uint<64> background1_3 = background1 >> 3;
-  w1 |= background1_3;
+  ap_uint<64> background1_2 = background1 >> 2;
+  w1 |= background1_2;
   const ap_uint<64> background2 = ap_uint<8>(r.background[2]);
   ap_uint<64> background2_0 = background2;
-  background2_0 <<= 5;
+  background2_0 <<= 6;
   w1 |= background2_0;
   const ap_uint<64> offset_x0 = ap_uint<8>(r.offset_x[0]);
   ap_uint<64> offset_x0_0 = offset_x0;
-  offset_x0_0 <<= 13;
+  offset_x0_0 <<= 14;
   w1 |= offset_x0_0;
   const ap_uint<64> offset_x1 = ap_uint<8>(r.offset_x[1]);
   ap_uint<64> offset_x1_0 = offset_x1;
-  offset_x1_0 <<= 21;
+  offset_x1_0 <<= 22;
   w1 |= offset_x1_0;
   const ap_uint<64> offset_x2 = ap_uint<8>(r.offset_x[2]);
   ap_uint<64> offset_x2_0 = offset_x2;
-  offset_x2_0 <<= 29;
+  offset_x2_0 <<= 30;
   w1 |= offset_x2_0;
   const ap_uint<64> offset_x3 = ap_uint<8>(r.offset_x[3]);
   ap_uint<64> offset_x3_0 = offset_x3;
-  offset_x3_0 <<= 37;
+  offset_x3_0 <<= 38;
   w1 |= offset_x3_0;
   const ap_uint<64> offset_y0 = ap_uint<8>(r.offset_y[0]);
   ap_uint<64> offset_y0_0 = offset_y0;
-  offset_y0_0 <<= 45;
+  offset_y0_0 <<= 46;
   w1 |= offset_y0_0;
   const ap_uint<64> offset_y1 = ap_uint<8>(r.offset_y[1]);
   ap_uint<64> offset_y1_0 = offset_y1;
-  offset_y1_0 <<= 53;
+  offset_y1_0 <<= 54;
   w1 |= offset_y1_0;
   const ap_uint<64> offset_y2 = ap_uint<8>(r.offset_y[2]);
   ap_uint<64> offset_y2_0 = offset_y2;
-  offset_y2_0 <<= 61;
+  offset_y2_0 <<= 62;
   w1 |= offset_y2_0;
-  ap_uint<64> offset_y2_3 = offset_y2 >> 3;
-  w2 |= offset_y2_3;
+  ap_uint<64> offset_y2_2 = offset_y2 >> 2;
+  w2 |= offset_y2_2;
   const ap_uint<64> offset_y3 = ap_uint<8>(r.offset_y[3]);
   ap_uint<64> offset_y3_0 = offset_y3;
-  offset_y3_0 <<= 5;
+  offset_y3_0 <<= 6;
   w2 |= offset_y3_0;
   const ap_uint<64> light0 = ap_uint<13>(r.light[0]);
   ap_uint<64> light0_0 = light0;
-  light0_0 <<= 13;
+  light0_0 <<= 14;
   w2 |= light0_0;
   const ap_uint<64> light1 = ap_uint<13>(r.light[1]);
   ap_uint<64> light1_0 = light1;
-  light1_0 <<= 26;
+  light1_0 <<= 27;
   w2 |= light1_0;
   const ap_uint<64> light2 = ap_uint<13>(r.light[2]);
   ap_uint<64> light2_0 = light2;
-  light2_0 <<= 39;
+  light2_0 <<= 40;
   w2 |= light2_0;
   word_t high0 = w1;
   high0 <<= 64;
@@ -1061,7 +1069,84 @@ inline void pack_frame(const frame_record& r, word_t words[2]) {
   words[1] = high1 | low1;
 }
 
-// What shading needs of a triangle, by its id.
+// What shading needs of an instance, by its number. These records stand in front of the materials, in one table.
+static const int kInstanceShadeWords = 1;       // words that are read
+static const int kInstanceShadeStride = 1;      // words from one record to the next
+struct instance_shade_record {
+  turn_t turn[9];
+  material_index_t material;
+};
+inline instance_shade_record unpack_instance_shade(const word_t words[1]) {
+  instance_shade_record r;
+  const ap_uint<64> w0 = words[0];
+  const ap_uint<64> w1 = words[0] >> 64;
+  r.turn[0] = w0;
+  r.turn[1] = w0 >> 11;
+  r.turn[2] = w0 >> 22;
+  r.turn[3] = w0 >> 33;
+  r.turn[4] = w0 >> 44;
+  ap_uint<64> turn5_low = w0 >> 55;
+  ap_uint<64> turn5_high = w1;
+  turn5_high <<= 9;
+  turn5_low |= turn5_high;
+  r.turn[5] = turn5_low;
+  r.turn[6] = w1 >> 2;
+  r.turn[7] = w1 >> 13;
+  r.turn[8] = w1 >> 24;
+  r.material = w1 >> 35;
+  return r;
+}
+inline void pack_instance_shade(const instance_shade_record& r, word_t words[1]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  const ap_uint<64> turn0 = ap_uint<11>(r.turn[0]);
+  ap_uint<64> turn0_0 = turn0;
+  w0 |= turn0_0;
+  const ap_uint<64> turn1 = ap_uint<11>(r.turn[1]);
+  ap_uint<64> turn1_0 = turn1;
+  turn1_0 <<= 11;
+  w0 |= turn1_0;
+  const ap_uint<64> turn2 = ap_uint<11>(r.turn[2]);
+  ap_uint<64> turn2_0 = turn2;
+  turn2_0 <<= 22;
+  w0 |= turn2_0;
+  const ap_uint<64> turn3 = ap_uint<11>(r.turn[3]);
+  ap_uint<64> turn3_0 = turn3;
+  turn3_0 <<= 33;
+  w0 |= turn3_0;
+  const ap_uint<64> turn4 = ap_uint<11>(r.turn[4]);
+  ap_uint<64> turn4_0 = turn4;
+  turn4_0 <<= 44;
+  w0 |= turn4_0;
+  const ap_uint<64> turn5 = ap_uint<11>(r.turn[5]);
+  ap_uint<64> turn5_0 = turn5;
+  turn5_0 <<= 55;
+  w0 |= turn5_0;
+  ap_uint<64> turn5_9 = turn5 >> 9;
+  w1 |= turn5_9;
+  const ap_uint<64> turn6 = ap_uint<11>(r.turn[6]);
+  ap_uint<64> turn6_0 = turn6;
+  turn6_0 <<= 2;
+  w1 |= turn6_0;
+  const ap_uint<64> turn7 = ap_uint<11>(r.turn[7]);
+  ap_uint<64> turn7_0 = turn7;
+  turn7_0 <<= 13;
+  w1 |= turn7_0;
+  const ap_uint<64> turn8 = ap_uint<11>(r.turn[8]);
+  ap_uint<64> turn8_0 = turn8;
+  turn8_0 <<= 24;
+  w1 |= turn8_0;
+  const ap_uint<64> material0 = ap_uint<25>(r.material);
+  ap_uint<64> material0_0 = material0;
+  material0_0 <<= 35;
+  w1 |= material0_0;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
+}
+
+// What shading needs of a triangle, by its id; in a scene with instances, of a triangle of an object.
 static const int kMaterialWords = 1;       // words that are read
 static const int kMaterialStride = 1;      // words from one record to the next
 struct material_record {
@@ -1268,35 +1353,46 @@ inline raster_out_word_t write_raster_out(const raster_out_record& record) {
 }
 
 // What became of a sample, for the kernels' streams.
-static const int kShadeInWords = 1;       // words that are read
-static const int kShadeInStride = 1;      // words from one record to the next
+static const int kShadeInWords = 2;       // words that are read
+static const int kShadeInStride = 2;      // words from one record to the next
 struct shade_in_record {
   t_limit_t t;
   triangle_id_t id;
+  triangle_index_t number;
   flag_t hit;
+  flag_t shadow;
   entry_scale_t scale;
   entry_start_t start;
   pixel_index_t pixel;
 };
-inline shade_in_record unpack_shade_in(const word_t words[1]) {
+inline shade_in_record unpack_shade_in(const word_t words[2]) {
   shade_in_record r;
   const ap_uint<64> w0 = words[0];
   const ap_uint<64> w1 = words[0] >> 64;
+  const ap_uint<64> w2 = words[1];
   r.t = w0;
   r.id = w0 >> 27;
-  r.hit = w0 >> 59;
-  ap_uint<64> scale0_low = w0 >> 60;
-  ap_uint<64> scale0_high = w1;
-  scale0_high <<= 4;
-  scale0_low |= scale0_high;
-  r.scale = scale0_low;
-  r.start = w1 >> 1;
-  r.pixel = w1 >> 24;
+  ap_uint<64> number0_low = w0 >> 59;
+  ap_uint<64> number0_high = w1;
+  number0_high <<= 5;
+  number0_low |= number0_high;
+  r.number = number0_low;
+  r.hit = w1 >> 19;
+  r.shadow = w1 >> 20;
+  r.scale = w1 >> 21;
+  r.start = w1 >> 26;
+  ap_uint<64> pixel0_low = w1 >> 49;
+  ap_uint<64> pixel0_high = w2;
+  pixel0_high <<= 15;
+  pixel0_low |= pixel0_high;
+  r.pixel = pixel0_low;
   return r;
 }
-inline void pack_shade_in(const shade_in_record& r, word_t words[1]) {
+inline void pack_shade_in(const shade_in_record& r, word_t words[2]) {
   ap_uint<64> w0 = 0;
   ap_uint<64> w1 = 0;
+  ap_uint<64> w2 = 0;
+  ap_uint<64> w3 = 0;
   const ap_uint<64> t0 = ap_uint<27>(r.t);
   ap_uint<64> t0_0 = t0;
   w0 |= t0_0;
@@ -1304,40 +1400,58 @@ inline void pack_shade_in(const shade_in_record& r, word_t words[1]) {
   ap_uint<64> id0_0 = id0;
   id0_0 <<= 27;
   w0 |= id0_0;
+  const ap_uint<64> number0 = ap_uint<24>(r.number);
+  ap_uint<64> number0_0 = number0;
+  number0_0 <<= 59;
+  w0 |= number0_0;
+  ap_uint<64> number0_5 = number0 >> 5;
+  w1 |= number0_5;
   const ap_uint<64> hit0 = ap_uint<1>(r.hit);
   ap_uint<64> hit0_0 = hit0;
-  hit0_0 <<= 59;
-  w0 |= hit0_0;
+  hit0_0 <<= 19;
+  w1 |= hit0_0;
+  const ap_uint<64> shadow0 = ap_uint<1>(r.shadow);
+  ap_uint<64> shadow0_0 = shadow0;
+  shadow0_0 <<= 20;
+  w1 |= shadow0_0;
   const ap_uint<64> scale0 = ap_uint<5>(r.scale);
   ap_uint<64> scale0_0 = scale0;
-  scale0_0 <<= 60;
-  w0 |= scale0_0;
-  ap_uint<64> scale0_4 = scale0 >> 4;
-  w1 |= scale0_4;
+  scale0_0 <<= 21;
+  w1 |= scale0_0;
   const ap_uint<64> start0 = ap_uint<23>(r.start);
   ap_uint<64> start0_0 = start0;
-  start0_0 <<= 1;
+  start0_0 <<= 26;
   w1 |= start0_0;
   const ap_uint<64> pixel0 = ap_uint<23>(r.pixel);
   ap_uint<64> pixel0_0 = pixel0;
-  pixel0_0 <<= 24;
+  pixel0_0 <<= 49;
   w1 |= pixel0_0;
+  ap_uint<64> pixel0_15 = pixel0 >> 15;
+  w2 |= pixel0_15;
   word_t high0 = w1;
   high0 <<= 64;
   const word_t low0 = w0;
   words[0] = high0 | low0;
+  word_t high1 = w3;
+  high1 <<= 64;
+  const word_t low1 = w2;
+  words[1] = high1 | low1;
 }
 
-typedef ap_uint<128> shade_in_word_t;
+typedef ap_uint<256> shade_in_word_t;
 inline shade_in_record read_shade_in(const shade_in_word_t& bits) {
-  word_t words[1];
+  word_t words[2];
   words[0] = bits;
+  words[1] = bits >> 128;
   return unpack_shade_in(words);
 }
 inline shade_in_word_t write_shade_in(const shade_in_record& record) {
-  word_t words[1];
+  word_t words[2];
   pack_shade_in(record, words);
   shade_in_word_t bits = words[0];
+  shade_in_word_t part1 = words[1];
+  part1 <<= 128;
+  bits |= part1;
   return bits;
 }
 
@@ -1406,6 +1520,54 @@ inline hit_word_t write_hit(const hit_record& record) {
   pack_hit(record, words);
   hit_word_t bits = words[0];
   return bits;
+}
+
+// Hit of a camera's ray as the kernel writes it: where it is, and of which instance.
+static const int kPlacedHitWords = 1;       // words that are read
+static const int kPlacedHitStride = 1;      // words from one record to the next
+struct placed_hit_record {
+  t_limit_t t;
+  flag_t reserved;
+  status_t status;
+  triangle_id_t id;
+  triangle_index_t number;
+};
+inline placed_hit_record unpack_placed_hit(const word_t words[1]) {
+  placed_hit_record r;
+  const ap_uint<64> w0 = words[0];
+  const ap_uint<64> w1 = words[0] >> 64;
+  r.t = w0;
+  r.reserved = w0 >> 27;
+  r.status = w0 >> 28;
+  r.id = w0 >> 32;
+  r.number = w1;
+  return r;
+}
+inline void pack_placed_hit(const placed_hit_record& r, word_t words[1]) {
+  ap_uint<64> w0 = 0;
+  ap_uint<64> w1 = 0;
+  const ap_uint<64> t0 = ap_uint<27>(r.t);
+  ap_uint<64> t0_0 = t0;
+  w0 |= t0_0;
+  const ap_uint<64> reserved0 = ap_uint<1>(r.reserved);
+  ap_uint<64> reserved0_0 = reserved0;
+  reserved0_0 <<= 27;
+  w0 |= reserved0_0;
+  const ap_uint<64> status0 = ap_uint<4>(r.status);
+  ap_uint<64> status0_0 = status0;
+  status0_0 <<= 28;
+  w0 |= status0_0;
+  const ap_uint<64> id0 = ap_uint<32>(r.id);
+  ap_uint<64> id0_0 = id0;
+  id0_0 <<= 32;
+  w0 |= id0_0;
+  const ap_uint<64> number0 = ap_uint<24>(r.number);
+  ap_uint<64> number0_0 = number0;
+  w1 |= number0_0;
+  word_t high0 = w1;
+  high0 <<= 64;
+  const word_t low0 = w0;
+  words[0] = high0 | low0;
 }
 
 // Work of one ray, as the kernels write it on request.

@@ -3,6 +3,7 @@
 
 #include "../stages/raster.hpp"
 #include "../stages/shade.hpp"
+#include "../stages/shadow.hpp"
 #include "image_view.hpp"
 
 namespace retrace::hls {
@@ -125,7 +126,7 @@ SAMPLES:
 
 extern "C" void retrace_shade(const retrace::hls::word_t* frame, const retrace::hls::word_t* materials,
                               hls::stream<retrace::hls::shade_in_word_t>& samples, ap_uint<32>* pixels,
-                              ap_uint<64>* summary, ap_uint<32> material_count) {
+                              ap_uint<64>* summary, ap_uint<32> material_count, ap_uint<32> instance_count) {
   using namespace retrace::hls;
   namespace contract = retrace::contract;
   // clang-format off
@@ -135,6 +136,7 @@ extern "C" void retrace_shade(const retrace::hls::word_t* frame, const retrace::
   RT_MEMORY(pixels, gmem_pixels, 4096)
   RT_MEMORY(summary, gmem_summary, kPixelsWords)
   RT_CONTROL(material_count)
+  RT_CONTROL(instance_count)
   RT_CONTROL(return)
   // clang-format on
   const frame_record shape = read_frame(frame);
@@ -159,16 +161,27 @@ SAMPLES:
     const shade_in_record in = read_shade_in(word);
     colour_t colour;
     const flag_t coloured = shape.kind == contract::kPixelColour;
-    const flag_t known = in.id < material_count;
+    light_t light = light_of(shape);
+    ap_uint<32> index = in.id;
+    if (in.hit && coloured && in.number < instance_count) {
+      word_t words[kInstanceShadeWords];
+      words[0] = materials[in.number.to_uint()];
+      const instance_shade_record record = unpack_instance_shade(words);
+      light = turned_light(record, shape);
+      material_index_t place = in.id;
+      place += record.material;
+      index = place;
+    }
+    const flag_t known = index < material_count;
     const flag_t lit = in.hit & known & coloured;
     if (in.hit && !known && coloured) odd += 1;
     if (lit) {
       word_t material_words[kMaterialWords];
-      const word_t two = materials[(in.id >> 1).to_uint()];
+      const word_t two = materials[(index >> 1).to_uint()];
       material_words[0] = two;
-      if (in.id[0] == 1) material_words[0] = two >> 64;
+      if (index[0] == 1) material_words[0] = two >> 64;
       const material_record material = unpack_material(material_words);
-      colour = shade(material, shape);
+      colour = shade(material, shape, light, in.shadow);
     } else {
     BACKGROUND:
       for (int i = 0; i < 3; ++i) {
@@ -206,6 +219,52 @@ SAMPLES:
     } else {
       sample += 1;
     }
+  }
+  summary[kPixelsStatus] = fault;
+  summary[kPixelsSamples] = total;
+  summary[kPixelsOdd] = odd;
+}
+
+extern "C" void retrace_shadow(const retrace::hls::word_t* image, const retrace::hls::word_t* frame,
+                               hls::stream<retrace::hls::raster_out_word_t>& samples,
+                               hls::stream<retrace::hls::shade_in_word_t>& hits,
+                               hls::stream<retrace::hls::raster_out_word_t>& rays, ap_uint<64>* summary,
+                               ap_uint<32> image_lines) {
+  using namespace retrace::hls;
+  namespace contract = retrace::contract;
+  // clang-format off
+#pragma HLS interface mode=axis port=samples
+#pragma HLS interface mode=axis port=hits
+#pragma HLS interface mode=axis port=rays
+  RT_MEMORY(image, gmem_image, 8)
+  RT_MEMORY(frame, gmem_image, 2)
+  RT_MEMORY(summary, gmem_summary, kPixelsWords)
+  RT_CONTROL(image_lines)
+  RT_CONTROL(return)
+  // clang-format on
+  image_view view;
+  int fault = read_header(image, image_lines, view);
+  const frame_record shape = read_frame(frame);
+  pixel_count_t left = pixels_of(shape);
+  if (fault == kFaultNone && left == 0) fault = kFaultFrame;
+  if (fault != kFaultNone) left = 0;
+  left <<= shape.samples;
+  const ap_uint<64> total = left;
+  ap_uint<64> odd = 0;
+SAMPLES:
+  for (int turn = 0; turn < kMostSamples; ++turn) {
+    RT_PIPELINE(1)
+    if (left == 0) break;
+    const raster_out_word_t sample_word = samples.read();
+    const shade_in_word_t hit_word = hits.read();
+    const raster_out_record sample = read_raster_out(sample_word);
+    const shade_in_record hit = read_shade_in(hit_word);
+    raster_out_record ray = shadow(sample, hit.t, shape, view.box);
+    ray.enters = ray.enters & hit.hit & shape.shadows & flag_t(shape.kind == contract::kPixelColour);
+    const raster_out_word_t word = write_raster_out(ray);
+    rays.write(word);
+    if (ray.enters) odd += 1;
+    left -= 1;
   }
   summary[kPixelsStatus] = fault;
   summary[kPixelsSamples] = total;

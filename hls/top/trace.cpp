@@ -545,7 +545,7 @@ inline void step_up(context& c, const word_t* pairs, const image_view& view) {
   }
 }
 
-inline void finish_ray(context& c, word_t* hits, word_t* work, bool write_work) {
+inline void finish_ray(context& c, word_t* hits, word_t* work, bool write_work, bool placed) {
   hit_finish_in_record in;
   in.status = c.status;
   in.t = c.best_t;
@@ -557,7 +557,17 @@ inline void finish_ray(context& c, word_t* hits, word_t* work, bool write_work) 
   in.exponent_v = c.exponent_v;
   const hit_record hit = hit_finish(in);
   word_t words[1];
-  pack_hit(hit, words);
+  if (placed) {
+    placed_hit_record place;
+    place.t = hit.t;
+    place.reserved = 0;
+    place.status = hit.status;
+    place.id = hit.id;
+    place.number = c.best_instance;
+    pack_placed_hit(place, words);
+  } else {
+    pack_hit(hit, words);
+  }
   hits[c.ray.to_uint()] = words[0];
   if (write_work) {
     pack_work(c.work, words);
@@ -652,7 +662,7 @@ BARREL:
       totals[kSummaryTests] += c.work.tests;
       totals[kSummarySkipped] += c.work.skipped;
       if (c.status > retrace::contract::kStatusHit) totals[kSummaryFaults] += 1;
-      finish_ray(c, hits, work, write_work);
+      finish_ray(c, hits, work, write_work, entered);
       finished += 1;
     }
     turn += 1;

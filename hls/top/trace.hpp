@@ -39,8 +39,9 @@ enum RetraceFault {
 /// Options of a run, bits of `options`.
 #define RETRACE_OPTION_PARENT_LINKS 1  ///< climb parent links; otherwise use the face links of the leaf
 #define RETRACE_OPTION_MAILBOX 2
-#define RETRACE_OPTION_WORK 4     ///< write a work record for each ray
-#define RETRACE_OPTION_ENTERED 8  ///< rays are a camera's (pixels.hpp): their origins may lie outside of the root box
+#define RETRACE_OPTION_WORK 4  ///< write a work record for each ray
+/// Rays are a camera's (pixels.hpp): their origins may lie outside of the root box, and hits are placed_hit records.
+#define RETRACE_OPTION_ENTERED 8
 
 /// Kernel top.
 /// `pairs`, `leaves`, `list`, `triangles`: the memory image, 128-bit words, each pointing at its first word (four ports, so that the

@@ -40,6 +40,7 @@ module rt_core #(
     output logic                          hit_valid_o,
     input  logic                          hit_ready_i,
     output rt_core_pkg::tagged_hit_t      hit_o,
+    output rt_contract_pkg::triangle_index_t hit_number_o,  // of the instance that is hit; 0 where there is none
     output logic                          read_valid_o,
     input  logic                          read_ready_i,
     output rt_core_pkg::read_request_t    read_o,
@@ -786,7 +787,7 @@ module rt_core #(
   localparam int unsigned RecordKeyBits = rt_contract_pkg::TriangleIndexBits + Levels - 1;
   logic [23:0]                           list_key;
   logic [RecordKeyBits-1:0]              triangle_key;
-  logic                                  enter_valid, enter_ready, next_valid, next_ready, found_valid;
+  logic                                  enter_valid, enter_ready, enter_refused, entry_passed, entry_stands, next_valid, next_ready, found_valid;
   rt_contract_pkg::instance_enter_in_record_t enter_data;
   context_t                              enter_context, found_context;
   rt_core_pkg::entry_t                   enter_entry;
@@ -830,6 +831,7 @@ module rt_core #(
       .enter_data_o          (enter_data),
       .enter_context_o       (enter_context),
       .enter_o               (enter_entry),
+      .enter_refused_o       (enter_refused),
       .out_valid_o           (test_valid),
       .out_ready_i           (test_ready),
       .out_data_o            (test_data),
@@ -897,6 +899,7 @@ module rt_core #(
     rt_core_pkg::entered_t            entry_entered;
     rt_contract_pkg::triangle_index_t entry_entered_next;
     logic                                       transform_entry, unit_ready, test_enters_unused;
+    rt_contract_pkg::instance_enter_in_record_t entry_record;
     logic [2:0][rt_stage_pkg::EnterSumBits-1:0] place, course;
     rt_contract_pkg::row_position_t [2:0]       test_position;
     rt_contract_pkg::row_direction_t [2:0]      test_direction;
@@ -904,7 +907,7 @@ module rt_core #(
         .clk_i,
         .rst_ni     (rst_n[ResetEntry]),
         .entry_i    (transform_entry),
-        .instance_i (enter_data),
+        .instance_i (entry_record),
         .triangle_i (entering.data),
         .place_o    (place),
         .course_o   (course),
@@ -922,6 +925,7 @@ module rt_core #(
         .in_context_i  (enter_context),
         .in_entry_i    (enter_entry),
         .enter_o       (transform_entry),
+        .record_o      (entry_record),
         .place_i       (place),
         .course_i      (course),
         .context_o     (entry_context),
@@ -956,7 +960,9 @@ module rt_core #(
     );
 
     // The transform serves tests and entries; an entry, which is not held, goes first.
-    assign entering_ready = unit_ready && !enter_valid;
+    assign entering_ready = unit_ready && !transform_entry;
+    assign entry_passed   = (next_valid && next_ready) || (end_valid[EndEntry] && end_ready[EndEntry]);
+    assign entry_stands   = (entry_axis_valid && !entry_axis_ready) || (next_valid && !next_ready) || (end_valid[EndEntry] && !end_ready[EndEntry]);
     rt_unit_test #(
         .RowsLatency(rt_stage_pkg::TransformLatency),
         .tag_t      (test_tag_t)
@@ -977,6 +983,8 @@ module rt_core #(
     );
   end else begin : gen_no_entry
     assign enter_ready        = 1'b1;
+    assign entry_passed       = 1'b0;
+    assign entry_stands       = 1'b0;
     assign entry_context      = '0;
     assign entry_axis_valid   = 1'b0;
     assign entry_axis         = '0;
@@ -1010,7 +1018,11 @@ module rt_core #(
   // --- results ---
   logic                                  finish_valid, finish_ready;
   rt_contract_pkg::hit_finish_in_record_t finish;
-  rt_core_pkg::ray_tag_t                 finish_tag;
+  typedef struct packed {
+    rt_contract_pkg::triangle_index_t number;
+    rt_core_pkg::ray_tag_t            tag;
+  } finish_tag_t;
+  finish_tag_t                           finish_tag, hit_tag;
   rt_result_unit #(
       .Config(Config)
   ) u_results (
@@ -1053,14 +1065,15 @@ module rt_core #(
       .finish_valid_o  (finish_valid),
       .finish_ready_i  (finish_ready),
       .finish_o        (finish),
-      .finish_tag_o    (finish_tag),
+      .finish_tag_o    (finish_tag.tag),
+      .finish_number_o (finish_tag.number),
       .free_valid_o    (free_valid),
       .free_context_o  (free_context),
       .events_o        (result_events)
   );
 
   rt_hit_finish #(
-      .tag_t(rt_core_pkg::ray_tag_t)
+      .tag_t(finish_tag_t)
   ) u_hit_finish (
       .clk_i,
       .rst_ni     (rst_n[ResetFinish]),
@@ -1071,8 +1084,10 @@ module rt_core #(
       .out_valid_o(hit_valid_o),
       .out_ready_i(hit_ready_i),
       .out_data_o (hit_o.hit),
-      .out_tag_o  (hit_o.tag)
+      .out_tag_o  (hit_tag)
   );
+  assign hit_o.tag    = hit_tag.tag;
+  assign hit_number_o = hit_tag.number;
 
   // --- counters: the order is that of the register map (rt_top) ---
   function automatic rt_config_pkg::counter_step_t one(logic event_bit);
@@ -1127,6 +1142,10 @@ module rt_core #(
     steps.result_starved    = one(!result_events.busy && result_events.starved);
     steps.result_blocked    = one(!result_events.busy && !result_events.starved);
     steps.context_clocks    = rt_config_pkg::counter_step_t'(contexts_used);
+    steps.entries           = one(enter_valid);
+    steps.entry_passed      = one(entry_passed);
+    steps.entry_refused     = one(enter_refused);
+    steps.entry_blocked     = one(entry_stands);
   end
 
   // --- at the end of a run nothing is anywhere ---

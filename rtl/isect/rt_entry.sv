@@ -5,8 +5,9 @@
 //             the object is entered            the axes of its ray go out, one a clock, and with the last one the context is launched at the object's root
 //             the ray passes the box by        on with the next reference of the leaf (next_*), or out of the leaf if there is none (out_*, EventGoOn)
 //             the record cannot be             out_*, StatusBadRecord
-// Input       in_valid_i only with in_ready_o; a context that finds the stage full tries again (rt_reference_unit).
-// Rows        enter_o: an input has entered, and rt_transform has its record in the same clock. All rows are there rt_stage_pkg::EnterRows clocks later.
+// Input       in_valid_i only with in_ready_o; a context that finds the stage full tries again (rt_reference_unit). One waits in a register in front of it, so
+//             that two that follow each other need not.
+// Rows        enter_o: record_o enters, and rt_transform takes it in the same clock. All rows are there rt_stage_pkg::EnterRows clocks later.
 // Waiting     What stands at the output waits for a launch or for a place in the queue of the references; both are taken by whoever returns from a leaf first.
 //             After PauseClocks of that, pause_o keeps the result unit from sending further ones, so that the wait ends.
 // Rate        An entry in three clocks; one that is entered holds the output for as many.
@@ -24,6 +25,7 @@ module rt_entry #(
     input  logic [ContextBits-1:0]                     in_context_i,
     input  rt_core_pkg::entry_t                        in_entry_i,
     output logic                                       enter_o,
+    output rt_contract_pkg::instance_enter_in_record_t record_o,
     input  logic [2:0][rt_stage_pkg::EnterSumBits-1:0] place_i,
     input  logic [2:0][rt_stage_pkg::EnterSumBits-1:0] course_i,
     // What stands at the output; it belongs to all that follow.
@@ -56,6 +58,21 @@ module rt_entry #(
   logic [WaitBits-1:0]                         wait_q;
   rt_contract_pkg::instance_enter_out_record_t ray;
   tag_t                                        tag;
+  // --- the next one ---
+  logic                                       held_q, ray_ready;
+  rt_contract_pkg::instance_enter_in_record_t record_q;
+  tag_t                                       record_tag_q;
+  assign in_ready_o = !held_q || ray_ready;
+  assign record_o   = record_q;
+  always_ff @(posedge clk_i) begin
+    if (in_ready_o) begin
+      held_q       <= in_valid_i;
+      record_q     <= in_data_i;
+      record_tag_q <= '{ctx: in_context_i, entry: in_entry_i};
+    end
+    if (!rst_ni) held_q <= 1'b0;
+  end
+
   // --- one axis a clock: the first as it comes, the others wait ---
   `RT_ASSERT_INIT(RowsInTime, rt_stage_pkg::TransformLatency == rt_stage_pkg::EnterRows)
   logic [rt_stage_pkg::EnterRows:1]                  entered_q;
@@ -72,10 +89,10 @@ module rt_entry #(
   ) u_ray (
       .clk_i,
       .rst_ni,
-      .in_valid_i,
-      .in_ready_o,
-      .in_data_i,
-      .in_tag_i   ('{ctx: in_context_i, entry: in_entry_i}),
+      .in_valid_i (held_q),
+      .in_ready_o (ray_ready),
+      .in_data_i  (record_q),
+      .in_tag_i   (record_tag_q),
       .enter_o,
       .place_i    (rows_come ? place_i[0] : place_q[1]),
       .course_i   (rows_come ? course_i[0] : course_q[1]),

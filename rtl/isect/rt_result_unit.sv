@@ -61,6 +61,7 @@ module rt_result_unit #(
     input  logic                                  finish_ready_i,
     output rt_contract_pkg::hit_finish_in_record_t finish_o,
     output rt_core_pkg::ray_tag_t                 finish_tag_o,
+    output rt_contract_pkg::triangle_index_t      finish_number_o,  // of the instance that is hit
     // The context is free again.
     output logic                                  free_valid_o,
     output logic [ContextBits-1:0]                free_context_o,
@@ -77,9 +78,10 @@ module rt_result_unit #(
     rt_contract_pkg::exponent_t      exponent_v;
   } best_t;
   typedef struct packed {
-    rt_contract_pkg::status_t status;
-    best_t                    best;
-    rt_core_pkg::ray_tag_t    tag;
+    rt_contract_pkg::status_t         status;
+    best_t                            best;
+    rt_core_pkg::ray_tag_t            tag;
+    rt_contract_pkg::triangle_index_t number;
   } finish_t;
 
   // What a candidate has to come before.
@@ -157,6 +159,7 @@ module rt_result_unit #(
   logic [31:0]                  r5_steps;
   rt_core_pkg::saved_t          r5_saved;
   rt_contract_pkg::pair_index_t r5_root;
+  rt_contract_pkg::triangle_index_t r5_number;
 
   // --- R3: compare ---
   logic                                  r3_valid_q, r3_had_q;
@@ -286,6 +289,7 @@ module rt_result_unit #(
     end
     finish_q.best   <= r5_best_q;
     finish_q.tag    <= r5_ray_q.tag;
+    finish_q.number <= r5_number;
     if (!r5_has_q) finish_q.best.id <= '0;
     if (r5_q.event_code == rt_core_pkg::EventGoOn || r5_q.event_code == rt_core_pkg::EventFinish || (r5_ray_q.any[0] && r5_has_q)) begin
       finish_q.status <= rt_contract_pkg::status_t'(r5_has_q ? rt_contract_pkg::StatusHit : rt_contract_pkg::StatusMiss);
@@ -355,7 +359,7 @@ module rt_result_unit #(
     near_t                            r4_new_near, r1_near, r2_near_q, r3_near_q, r4_near_q;
     rt_core_pkg::entered_t            r1_entered, r2_entered_q, r3_entered_q, r4_entered_q;
     rt_core_pkg::saved_t              r1_saved, r2_saved_q, r3_saved_q, r4_saved_q, r5_saved_q;
-    rt_contract_pkg::triangle_index_t r1_instance, r2_instance_q, r3_instance_q, r4_instance_q;
+    rt_contract_pkg::triangle_index_t r1_instance, r2_instance_q, r3_instance_q, r4_instance_q, r4_found_in_q, r5_number_q;
     rt_contract_pkg::pair_index_t     r5_root_q;
     logic [WayBits-1:0]               r3_way_q;  // t of the candidate from the start of the world's ray, in steps of the object's
     rt_contract_pkg::t_limit_t        r4_world_t_q, r5_near_t_q;
@@ -393,6 +397,8 @@ module rt_result_unit #(
       r4_instance_q <= r3_level_q ? r3_entered_q.number : r3_instance_q;
       r4_world_t_q  <= rt_contract_pkg::t_limit_t'(r3_way_q >> r3_entered_q.scale);
       r4_world_id_q <= r3_tri_q.id + r3_entered_q.first_id;
+      r4_found_in_q <= r3_instance_q;
+      r5_number_q   <= r4_accept ? r4_instance_q : r4_found_in_q;
       r5_climbed_q  <= r4_climbed_q;
       r5_steps_q    <= r4_steps_q;
       r5_level_q    <= r4_level_q;
@@ -422,6 +428,7 @@ module rt_result_unit #(
     assign r5_steps        = r5_steps_q;
     assign r5_saved        = r5_saved_q;
     assign r5_root         = r5_root_q;
+    assign r5_number       = r5_number_q;
     assign r5_near_t       = r5_near_t_q;
     assign r5_at_root      = parent_links_i && r5_level_q ? r5_target == {r5_root_q, 1'b0} : r5_target == '0;
     assign found_valid_o   = r4_accept;
@@ -488,6 +495,7 @@ module rt_result_unit #(
     assign r5_steps        = '0;
     assign r5_saved        = '0;
     assign r5_root         = '0;
+    assign r5_number       = '0;
     assign r5_near_t       = r5_best_q.t;
     assign r5_at_root      = r5_target == '0;
     assign found_valid_o   = 1'b0;
@@ -521,7 +529,8 @@ module rt_result_unit #(
     finish_o.exponent_u = finish_out.best.exponent_u;
     finish_o.exponent_v = finish_out.best.exponent_v;
   end
-  assign finish_tag_o = finish_out.tag;
+  assign finish_tag_o    = finish_out.tag;
+  assign finish_number_o = finish_out.number;
 
   `RT_ASSERT(FinishHasRoom, !free_valid_o || finish_room)
   `RT_ASSERT(StartIsNotRunning, !(ray_valid_i && ((r1_valid_q && r1_q.ctx == ray_context_i) ||

@@ -71,6 +71,7 @@ module rt_reference_unit #(
     output rt_contract_pkg::instance_enter_in_record_t  enter_data_o,
     output logic [ContextBits-1:0]                      enter_context_o,
     output rt_core_pkg::entry_t                         enter_o,
+    output logic                                        enter_refused_o,  // one that found it full and comes again
     output logic                                 list_fetch_valid_o,
     input  logic                                 list_fetch_ready_i,
     output logic [23:0]                          list_fetch_key_o,
@@ -635,6 +636,7 @@ module rt_reference_unit #(
       };
     end
     assign enter_valid_o   = i9_valid && i9_enters && enter_ready_i;
+    assign enter_refused_o = i9_valid && i9_enters && !enter_ready_i;
     assign enter_context_o = stage_context[9];
   end else begin : gen_no_instances
     assign i6_kind           = '0;
@@ -643,6 +645,7 @@ module rt_reference_unit #(
     assign i1_first          = '0;
     assign i6_instance_known = 1'b0;
     assign enter_valid_o     = 1'b0;
+    assign enter_refused_o   = 1'b0;
     assign enter_data_o      = '0;
     assign enter_context_o   = '0;
     assign enter_o           = '0;

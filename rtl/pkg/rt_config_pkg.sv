@@ -57,10 +57,10 @@ package rt_config_pkg;
   localparam config_t ConfigEcp5x128 = '{
       levels: 1, lanes: 4, contexts_per_lane: 64, data_bits: 128, granule_bytes: 16, node_pairs: 2048, node_line_pairs: 2, leaf_lines: 1024, list_lines: 128, triangle_lines: 1024,
       ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, leaf_returns: 0, pixels: 0};
-  // Two levels, as Dynamic SaarCOR has them: `ecp5l2` for images with instances, whose records share the lines of the triangles.
+  // Dynamic SaarCOR: `ecp5l2` for images with instances, whose records share the lines of the triangles, with rays and pixels made on the chip.
   localparam config_t ConfigSaarcor = '{
-      levels: 2, lanes: 2, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128, triangle_lines: 1024,
-      ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, leaf_returns: 0, pixels: 0};
+      levels: 2, lanes: 2, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 512, list_lines: 128, triangle_lines: 1024,
+      ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, leaf_returns: 0, pixels: 1};
   // For larger parts.
   localparam config_t ConfigWide = '{
       levels: 1, lanes: 8, contexts_per_lane: 32, data_bits: 128, granule_bytes: 16, node_pairs: 1024, node_line_pairs: 2, leaf_lines: 512, list_lines: 64, triangle_lines: 1024,
@@ -78,14 +78,19 @@ package rt_config_pkg;
   localparam int unsigned SourceNode = 4;
   localparam int unsigned SourceRay = 5;
   localparam int unsigned SourceMaterial = 6;
+  localparam int unsigned SourcePlaced = 7;
   localparam int unsigned CoreSources = 5;
-  localparam int unsigned Sources = 7;
+  localparam int unsigned Sources = 8;
 
   // Counters of the register map: the increments of one clock as a record (in memory order the first counter is the lowest), and as an array.
-  localparam int unsigned CounterCount = 37;
+  localparam int unsigned CounterCount = 41;
   localparam int unsigned CounterStepBits = 10;
   typedef logic [CounterStepBits-1:0] counter_step_t;
   typedef struct packed {
+    counter_step_t entry_blocked;
+    counter_step_t entry_refused;
+    counter_step_t entry_passed;
+    counter_step_t entries;
     counter_step_t result_blocked;
     counter_step_t result_starved;
     counter_step_t result_busy;
@@ -164,6 +169,10 @@ package rt_config_pkg;
     counter_max_steps.result_busy = counter_step_t'(1);
     counter_max_steps.result_starved = counter_step_t'(1);
     counter_max_steps.result_blocked = counter_step_t'(1);
+    counter_max_steps.entries = counter_step_t'(1);
+    counter_max_steps.entry_passed = counter_step_t'(1);
+    counter_max_steps.entry_refused = counter_step_t'(1);
+    counter_max_steps.entry_blocked = counter_step_t'(1);
   endfunction
 
 endpackage

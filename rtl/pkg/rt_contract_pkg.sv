@@ -138,6 +138,13 @@ package rt_contract_pkg;
   localparam int unsigned NormalBits = 13;
   localparam int unsigned NormalFrac = 12;
   typedef logic signed [12:0] normal_t;
+  // Q1.10: Component of a rotation, for shading.
+  localparam int unsigned TurnBits = 11;
+  localparam int unsigned TurnFrac = 10;
+  typedef logic signed [10:0] turn_t;
+  // 25 bits: Place in the table of materials, in steps of a material.
+  localparam int unsigned MaterialIndexBits = 25;
+  typedef logic [24:0] material_index_t;
   // 32 bits: Plain 32-bit word.
   localparam int unsigned Word32Bits = 32;
   typedef logic [31:0] word32_t;
@@ -202,6 +209,8 @@ package rt_contract_pkg;
   localparam int unsigned FramePixelsLog2 = 23;
   // At most four samples a pixel.
   localparam int unsigned SamplesLog2Max = 2;
+  // A shadow ray starts before the hit by this much of the camera's ray, so that it meets what it leaves on the other side alone.
+  localparam t_limit_t ShadowBack = 27'd4096;
   // Pixel of 4 bytes: red, green, blue, 255; the mean of the samples.
   localparam int unsigned PixelColour = 0;
   // Pixel of 4 bytes: t of the hit along the camera's ray, all ones without a hit. One sample.
@@ -295,13 +304,14 @@ package rt_contract_pkg;
   localparam int unsigned FrameBytes = 32;
   localparam int unsigned FrameUsedBits = 256;
   typedef struct packed {
-    logic [75:0] padding;
+    logic [74:0] padding;
     normal_t [2:0] light;
     shade_t [3:0] offset_y;
     shade_t [3:0] offset_x;
     shade_t [2:0] background;
     shade_t diffuse;
     shade_t ambient;
+    flag_t shadows;
     pixel_kind_t kind;
     sample_log2_t samples;
     tile_log2_t tile_y;
@@ -310,7 +320,16 @@ package rt_contract_pkg;
     frame_size_t width;
   } frame_record_t;
 
-  // What shading needs of a triangle, by its id.
+  // What shading needs of an instance, by its number. These records stand in front of the materials, in one table.
+  localparam int unsigned InstanceShadeBytes = 16;
+  localparam int unsigned InstanceShadeUsedBits = 128;
+  typedef struct packed {
+    logic [3:0] padding;
+    material_index_t material;
+    turn_t [8:0] turn;
+  } instance_shade_record_t;
+
+  // What shading needs of a triangle, by its id; in a scene with instances, of a triangle of an object.
   localparam int unsigned MaterialBytes = 8;
   localparam int unsigned MaterialUsedBits = 64;
   typedef struct packed {
@@ -335,14 +354,16 @@ package rt_contract_pkg;
   } raster_out_record_t;
 
   // What became of a sample, for the kernels' streams.
-  localparam int unsigned ShadeInBytes = 16;
-  localparam int unsigned ShadeInUsedBits = 128;
+  localparam int unsigned ShadeInBytes = 32;
+  localparam int unsigned ShadeInUsedBits = 256;
   typedef struct packed {
-    logic [16:0] padding;
+    logic [119:0] padding;
     pixel_index_t pixel;
     entry_start_t start;
     entry_scale_t scale;
+    flag_t shadow;
     flag_t hit;
+    triangle_index_t number;
     triangle_id_t id;
     t_limit_t t;
   } shade_in_record_t;
@@ -359,6 +380,18 @@ package rt_contract_pkg;
     flag_t reserved;
     t_limit_t t;
   } hit_record_t;
+
+  // Hit of a camera's ray as the kernel writes it: where it is, and of which instance.
+  localparam int unsigned PlacedHitBytes = 16;
+  localparam int unsigned PlacedHitUsedBits = 128;
+  typedef struct packed {
+    logic [39:0] padding;
+    triangle_index_t number;
+    triangle_id_t id;
+    status_t status;
+    flag_t reserved;
+    t_limit_t t;
+  } placed_hit_record_t;
 
   // Work of one ray, as the kernels write it on request.
   localparam int unsigned WorkBytes = 16;

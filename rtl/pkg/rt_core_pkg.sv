@@ -45,7 +45,8 @@ package rt_core_pkg;
     rt_contract_pkg::hit_record_t hit;
   } tagged_hit_t;
 
-  // Pixels in flight where rays and pixels are made on the chip: a slot each, and what a depth needs of the ray. A tag is {slot, pixel}.
+  // Pixels in flight where rays and pixels are made on the chip: a slot each, or as many as there are samples, and what a depth needs
+  // of the ray. A tag is {slot, pixel}; the lower bits of the slot are the sample.
   localparam int unsigned PixelSlotBits = TagBits - rt_contract_pkg::PixelIndexBits;
   localparam int unsigned PixelSlots = 1 << PixelSlotBits;
   typedef logic [PixelSlotBits-1:0] pixel_slot_t;
@@ -53,6 +54,18 @@ package rt_core_pkg;
     rt_contract_pkg::entry_start_t start;
     rt_contract_pkg::entry_scale_t scale;
   } pixel_place_t;
+  // What became of a sample, on its way to a pixel.
+  typedef struct packed {
+    ray_tag_t                         tag;
+    logic                             hit;
+    logic                             shadow;  // something stands between the hit and the light
+    rt_contract_pkg::triangle_id_t    id;
+    rt_contract_pkg::triangle_index_t number;  // of the instance
+    rt_contract_pkg::t_limit_t        t;
+  } sample_t;
+  // The light as an object sees it.
+  localparam int unsigned TurnedBits = rt_contract_pkg::NormalBits + 2;
+  typedef logic [TurnedBits-1:0] turned_t;
   // A pixel on its way to memory: its number, and 32 bits or 64.
   typedef struct packed {
     ray_tag_t    tag;

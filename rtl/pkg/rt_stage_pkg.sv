@@ -99,9 +99,12 @@ package rt_stage_pkg;
   // rt_transform: a choice between the two, products, two levels of adders.
   localparam int unsigned TransformLatency = 1 + EnterMulLatency + 2;
 
+  // rt_turn: products, sum, and the two rows behind the first.
+  localparam int unsigned TurnDepth = rt_lib_pkg::mul_latency(rt_contract_pkg::TurnBits, rt_contract_pkg::NormalBits) + 1 + 2;
+
   // rt_light: n . l, its size, diffuse part, sum, root, components.
   localparam int unsigned LightRootClocks = 4;
-  localparam int unsigned LightLit = rt_lib_pkg::mul_latency(rt_contract_pkg::NormalBits, rt_contract_pkg::NormalBits) + 2 +
+  localparam int unsigned LightLit = rt_lib_pkg::mul_latency(rt_contract_pkg::NormalBits, rt_contract_pkg::NormalBits + 2) + 2 +
       rt_lib_pkg::mul_latency(2 * rt_contract_pkg::ShadeBits + 1, rt_contract_pkg::ShadeBits + 1) + 1;
   localparam int unsigned LightRoot = LightLit + LightRootClocks;
   localparam int unsigned LightDepth = LightRoot + rt_lib_pkg::mul_latency(rt_contract_pkg::ShadeBits + 1, rt_contract_pkg::ShadeBits + 2);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Light on a material: what a sample shows where something is hit.
 //
-// Formula     facing = min(|n . l| >> 8, 2^16 - 1); lit = min(256 ambient + (diffuse facing >> 8), 2^16 - 1); strength = floor(sqrt(lit)), 255 where unlit;
+// Formula     facing = min(|n . l| >> 8, 2^16 - 1), 0 in a shadow; lit = min(256 ambient + (diffuse facing >> 8), 2^16 - 1); strength = floor(sqrt(lit)), 255 where unlit;
 //             component = colour (strength + 1) >> 8. The root two bits a clock.
 // Latency     rt_stage_pkg::LightLatency, II 1. DSP blocks rt_stage_pkg::LightBlocks.
 // Cuts        valid, data and ready (rt_pipe_ctrl). frame_i does not change while anything is inside.
@@ -16,6 +16,8 @@ module rt_light #(
     input  logic                              in_valid_i,
     output logic                              in_ready_o,
     input  rt_contract_pkg::material_record_t in_data_i,
+    input  rt_core_pkg::turned_t [2:0]        in_light_i,
+    input  logic                              in_shadow_i,
     input  tag_t                              in_tag_i,
     output logic                              out_valid_o,
     input  logic                              out_ready_i,
@@ -25,7 +27,7 @@ module rt_light #(
   localparam int unsigned NormalBits = rt_contract_pkg::NormalBits;
   localparam int unsigned ShadeBits = rt_contract_pkg::ShadeBits;
   localparam int unsigned LitBits = 2 * ShadeBits;
-  localparam int unsigned ProductBits = 2 * NormalBits;
+  localparam int unsigned ProductBits = NormalBits + rt_core_pkg::TurnedBits;
   localparam int unsigned SumBits = ProductBits + 2;
   typedef logic signed [SumBits-1:0] sum_t;
   typedef logic [LitBits-1:0] lit_t;
@@ -40,11 +42,11 @@ module rt_light #(
   for (genvar a = 0; a < 3; a++) begin : gen_axis
     rt_mul #(
         .ABits(NormalBits),
-        .BBits(NormalBits)
+        .BBits(rt_core_pkg::TurnedBits)
     ) u_product (
         .clk_i,
-        .a_i(in_data_i.normal[a]),
-        .b_i(frame_i.light[a]),
+        .a_i(in_shadow_i ? '0 : in_data_i.normal[a]),
+        .b_i(in_light_i[a]),
         .p_o(product[a])
     );
   end

@@ -2,12 +2,12 @@
 // Source of rays from a camera: the samples of a frame, in tiles.
 //
 // Formula     x = 256 px + offset_x - 128 width, y likewise; a camera's ray from (0, 0, 0) towards (x, y, 2^19) 2^-20, or from (x, y, 0) 2^-20 straight ahead;
-//             rt_instance_enter makes it a ray of the grid. Passed by where the origin lies outside of the root box on some axis and the direction does
+//             it becomes a ray of the grid as in rt_instance_enter. Passed by where the origin lies outside of the root box on some axis and the direction does
 //             not lead back, so that what is left does not break a walk.
 // Order       Tiles in rows, pixels of a tile in rows, samples of a pixel one after the other.
-// Tag         {slot, pixel}: the sink gathers the samples of a pixel in its slot.
-// Slots       A pixel takes the slot that has been free for longest, and none while all are taken. finished_valid_i frees one. The sink waits for no ray: it
-//             finishes pixels whatever happens here. One frame after another goes on with the slots as they are.
+// Tag         {slot, pixel}: the sink gathers the samples of a pixel by its slot, whose lower bits are the sample.
+// Slots       A pixel takes the slot that has been free for longest, and none while all are taken; it has as many as it has samples, and its first one stands
+//             for it. finished_valid_i frees it. The sink waits for no ray: it finishes pixels whatever happens here.
 // Streams     rays to the core; misses, samples that meet no box, to the sink. place_*: what the sink needs for a depth, in the clock in which the ray is offered.
 // Faults      fault_o: the frame is none that can be drawn (sizes, samples, kind); nothing is made of it. bad_o: a sample's camera is none that a host writes; a miss.
 // End         done_o from the clock after start_i until all samples are handed over is 0.
@@ -168,7 +168,7 @@ module rt_raster (
       .data_t  (logic [SlotBits-1:0])
   ) u_freed (
       .clk_i,
-      .rst_ni,
+      .rst_ni     (rst_ni && !start_i),
       .in_valid_i (finished_valid_i),
       .in_ready_o (freed_room),
       .in_data_i  (finished_slot_i),
@@ -181,10 +181,10 @@ module rt_raster (
     if (!slot_valid_q) begin
       slot_valid_q <= new_left || freed_valid;
       slot_q       <= new_left ? new_q[SlotBits-1:0] : freed_slot;
-      if (new_left) new_q <= new_q + 1'b1;
+      if (new_left) new_q <= new_q + ((SlotBits + 1)'(1) << frame_i.samples);
     end
     if (advance && last_sample) slot_valid_q <= 1'b0;
-    if (!rst_ni) begin
+    if (!rst_ni || start_i) begin
       slot_valid_q <= 1'b0;
       new_q        <= '0;
     end
@@ -198,22 +198,65 @@ module rt_raster (
   logic                                        entry_valid, entry_ready, orthographic;
   assign orthographic = camera_i.orthographic[0];
   always_comb begin
-    enter_in        = '0;
-    enter_in.m      = camera_i.m;
-    enter_in.b      = camera_i.b;
-    enter_in.e      = camera_i.e;
-    enter_in.box    = camera_i.box;
-    enter_in.reach  = camera_i.reach;
-    enter_in.direction[2] = direction_t'(1) << (rt_contract_pkg::DirectionFrac - 1);
-    if (orthographic) begin
-      enter_in.origin[0] = position_t'(step_x_q) << (rt_contract_pkg::PositionFrac - CameraFrac);
-      enter_in.origin[1] = position_t'(step_y_q) << (rt_contract_pkg::PositionFrac - CameraFrac);
-    end else begin
-      enter_in.direction[0] = direction_t'(step_x_q) << (rt_contract_pkg::DirectionFrac - CameraFrac);
-      enter_in.direction[1] = direction_t'(step_y_q) << (rt_contract_pkg::DirectionFrac - CameraFrac);
-    end
+    enter_in       = '0;
+    enter_in.e     = camera_i.e;
+    enter_in.box   = camera_i.box;
+    enter_in.reach = camera_i.reach;
   end
-  rt_instance_enter #(
+  // The rows of rt_instance_enter, one axis a clock, of rays that have x and y in the origin or in the direction and 0 or 1/2 otherwise: two products.
+  localparam int unsigned SumBits = rt_stage_pkg::EnterSumBits;
+  localparam int unsigned StepBits = rt_contract_pkg::CameraStepBits;
+  localparam int unsigned ProductBits = rt_contract_pkg::InstanceCoefficientBits + StepBits;
+  typedef logic signed [SumBits-1:0] sum_t;
+  logic       enter;
+  logic [1:0] axis_q, axis;
+  step_t      x_step_q, y_step_q;
+  logic signed [ProductBits-1:0] x_product, y_product;
+  sum_t       steps_q, constant_q, ahead_q, ahead_before_q, moved_q;
+  always_ff @(posedge clk_i) begin
+    if (enter) begin
+      x_step_q <= step_x_q;
+      y_step_q <= step_y_q;
+    end
+    if (axis_q != 2'd2) axis_q <= axis_q + 1'b1;
+    if (enter) axis_q <= '0;
+  end
+  rt_mul #(
+      .ABits(rt_contract_pkg::InstanceCoefficientBits),
+      .BBits(StepBits)
+  ) u_x (
+      .clk_i,
+      .a_i(camera_i.m[3*axis_q]),
+      .b_i(x_step_q),
+      .p_o(x_product)
+  );
+  rt_mul #(
+      .ABits(rt_contract_pkg::InstanceCoefficientBits),
+      .BBits(StepBits)
+  ) u_y (
+      .clk_i,
+      .a_i(camera_i.m[3*axis_q+1]),
+      .b_i(y_step_q),
+      .p_o(y_product)
+  );
+  rt_delay #(
+      .Cycles(rt_lib_pkg::mul_latency(rt_contract_pkg::InstanceCoefficientBits, StepBits)),
+      .data_t(logic [1:0])
+  ) u_axis (
+      .clk_i,
+      .rst_ni,
+      .data_i(axis_q),
+      .data_o(axis)
+  );
+  always_ff @(posedge clk_i) begin
+    steps_q        <= sum_t'(x_product) + sum_t'(y_product);
+    constant_q     <= sum_t'(signed'(camera_i.b[axis])) <<< rt_contract_pkg::PositionFrac;
+    ahead_before_q <= sum_t'(signed'(camera_i.m[3*axis+2])) <<< (rt_contract_pkg::DirectionFrac - 1);
+    moved_q        <= orthographic ? constant_q + (steps_q <<< (rt_contract_pkg::PositionFrac - CameraFrac)) : constant_q;
+    ahead_q        <= orthographic ? ahead_before_q : ahead_before_q + (steps_q <<< (rt_contract_pkg::DirectionFrac - CameraFrac));
+  end
+  `RT_ASSERT_INIT(RowsInTime, 1 + rt_lib_pkg::mul_latency(rt_contract_pkg::InstanceCoefficientBits, StepBits) + 2 == rt_stage_pkg::EnterRows)
+  rt_object_ray #(
       .tag_t(rt_core_pkg::ray_tag_t)
   ) u_enter (
       .clk_i,
@@ -221,7 +264,10 @@ module rt_raster (
       .in_valid_i (enter_valid),
       .in_ready_o (enter_ready),
       .in_data_i  (enter_in),
-      .in_tag_i   ({slot_q, pixel_q}),
+      .in_tag_i   ({slot_q | SlotBits'(sample_q), pixel_q}),
+      .enter_o    (enter),
+      .place_i    (moved_q),
+      .course_i   (ahead_q),
       .out_valid_o(entry_valid),
       .out_ready_i(entry_ready),
       .out_data_o (entry),

@@ -1,31 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sink of hits that makes pixels of them: reads the material of what is hit, lights it (rt_light), gathers the samples of a pixel.
+// Sink of samples that makes pixels of them: looks up how the instance is turned and the material, lights it (rt_light), gathers the samples of a pixel.
 //
-// Samples     Hits from the core, misses from rt_raster, each with the tag {slot, pixel}. Every sample takes the same way, so nothing overtakes.
-// Materials   8 bytes by triangle id, read where a colour is wanted and something is hit; not again for the same triangle as before. Up to Waiting reads are in
-//             flight; one id, so the answers come in order. They are taken in every clock: each has its place in u_materials.
+// Samples     Hits from rt_shadow, misses from rt_raster, each with the tag {slot, pixel}. Every sample takes the same way, so nothing overtakes.
+// Table       With two levels, records instance_shade by instance number, as many as placed_i; then those of materials, by triangle id or where the
+//             instance's record says. count_i of 8 bytes in all. Read where a colour is wanted and something is hit (rt_lookup).
 // Pixels      A word for each slot holds the sum and the number of its samples so far. With the last one the pixel leaves: 32 bits, or 64 of pixel_hit.
 //             finished_* tells rt_raster that the slot is free again. Clear: every slot, from start_i on; samples wait.
 // Rate        One sample in four clocks.
-// Faults      unknown_o: what is hit has no material, or it could not be read; it looks like the background.
+// Faults      unknown_o: what is hit has no material, or a record could not be read; it looks like the background.
 // End         idle_o: no sample is inside.
 // Counterpart hls/top/pixels.cpp (retrace_shade), golden/engine/stages/shade.hpp.
 `include "rt_assert.svh"
 module rt_shade #(
     parameter int unsigned DataBits = 64,
-    parameter int unsigned GranuleBytes = 8
+    parameter int unsigned GranuleBytes = 8,
+    parameter bit TwoLevels = 1'b0
 ) (
     input  logic                             clk_i,
     input  logic                             rst_ni,
     input  logic                             start_i,
     input  rt_contract_pkg::frame_record_t   frame_i,  // as the others, constant while anything is inside
-    input  logic [rt_core_pkg::AddrBits-1:0] base_i,   // of the materials, a multiple of 64
+    input  logic [rt_core_pkg::AddrBits-1:0] base_i,   // of the table, a multiple of 64
     input  logic [31:0]                      count_i,
+    input  logic [31:0]                      placed_i,
     output logic                             idle_o,
     output logic                             unknown_o,
     input  logic                             hit_valid_i,
     output logic                             hit_ready_o,
-    input  rt_core_pkg::tagged_hit_t         hit_i,
+    input  rt_core_pkg::sample_t             hit_i,
     input  logic                             miss_valid_i,
     output logic                             miss_ready_o,
     input  rt_core_pkg::ray_tag_t            miss_i,
@@ -34,10 +36,11 @@ module rt_shade #(
     input  rt_core_pkg::pixel_place_t        place_i,
     output logic                             finished_valid_o,
     output rt_core_pkg::pixel_slot_t         finished_slot_o,
-    output logic                             fetch_valid_o,
-    input  logic                             fetch_ready_i,
-    output rt_core_pkg::read_request_t       fetch_o,
-    input  logic                             fill_valid_i,
+    // Materials, then instances.
+    output logic [1:0]                       fetch_valid_o,
+    input  logic [1:0]                       fetch_ready_i,
+    output rt_core_pkg::read_request_t       fetch_o[2],
+    input  logic [1:0]                       fill_valid_i,
     input  logic                             fill_error_i,
     input  logic [DataBits-1:0]              fill_data_i,
     output logic                             pixel_valid_o,
@@ -46,46 +49,27 @@ module rt_shade #(
 );
   localparam int unsigned Waiting = 16;
   localparam int unsigned SlotBits = rt_core_pkg::PixelSlotBits;
-  localparam int unsigned MaterialBits = 8 * rt_contract_pkg::MaterialBytes;
-  localparam int unsigned MaterialShift = $clog2(rt_contract_pkg::MaterialBytes);
-  localparam int unsigned ReadBytes = rt_core_pkg::read_bytes(rt_contract_pkg::MaterialBytes, GranuleBytes);
-  localparam int unsigned Beats = ReadBytes * 8 / DataBits;
-  localparam int unsigned BeatBits = Beats > 1 ? $clog2(Beats) : 1;
-  localparam int unsigned PerBeat = DataBits / MaterialBits;
-  localparam int unsigned PartBits = PerBeat > 1 ? $clog2(PerBeat) : 1;
-  localparam int unsigned GranuleShift = $clog2(ReadBytes);
+  localparam int unsigned OfMaterials = 0;
+  localparam int unsigned OfInstances = 1;
   typedef rt_contract_pkg::shade_t shade_t;
+  typedef rt_core_pkg::sample_t sample_t;
+  // With the light as what is hit sees it, and the place of its material.
   typedef struct packed {
-    rt_core_pkg::ray_tag_t         tag;
-    logic                          hit;
-    rt_contract_pkg::triangle_id_t id;
-    rt_contract_pkg::t_limit_t     t;
-  } sample_t;
-  typedef struct packed {
-    sample_t sample;
-    logic    lit;    // has a material
-    logic    fresh;  // that is read for it
-  } waiting_t;
-  typedef struct packed {
-    logic [BeatBits-1:0] beat;
-    logic [PartBits-1:0] part;
-  } where_t;
-  typedef struct packed {
-    logic                              error;
-    rt_contract_pkg::material_record_t record;
-  } material_t;
+    sample_t                    sample;
+    rt_core_pkg::turned_t [2:0] light;
+    logic [31:0]                index;
+    logic                       known;  // where the material stands
+  } placed_t;
 
-  // --- samples in: hits and misses in turn, then a register, then whether there is a material ---
+  // --- samples in: hits and misses in turn, then a register ---
   logic    coloured, chosen_valid, chosen_ready, in_valid, in_ready, index_unused;
   sample_t offered[2], chosen, in;
   assign coloured   = frame_i.kind == rt_contract_pkg::pixel_kind_t'(rt_contract_pkg::PixelColour);
-  assign offered[0] = '{
-          tag: hit_i.tag,
-          hit: hit_i.hit.status == rt_contract_pkg::status_t'(rt_contract_pkg::StatusHit),
-          id: hit_i.hit.id,
-          t: hit_i.hit.t
-      };
-  assign offered[1] = '{tag: miss_i, hit: 1'b0, id: '0, t: '0};
+  assign offered[0] = hit_i;
+  always_comb begin
+    offered[1]     = '0;
+    offered[1].tag = miss_i;
+  end
   logic [1:0] offered_ready;
   rt_arbiter #(
       .NumInputs(2),
@@ -116,152 +100,156 @@ module rt_shade #(
       .out_ready_i(in_ready),
       .out_data_o (in)
   );
-  logic    known_valid_q, known_q, same_q, known_go, last_valid_q, waiting_room, fetch_free, where_room;
-  sample_t known_sample_q;
-  logic [31:0] last_id_q, last_id_d;
-  logic        last_valid_d, fetch_go, fill_keep, fill_error;
-  assign in_ready = !known_valid_q || known_go;
-  assign known_go = known_valid_q && waiting_room && (!known_q || same_q || (fetch_free && where_room));
-  always_ff @(posedge clk_i) begin
-    if (in_ready) begin
-      known_valid_q  <= in_valid;
-      known_sample_q <= in;
-      known_q        <= in.hit && coloured && in.id < count_i;
-      // Of the sample before this one, which has passed or passes in this clock.
-      same_q         <= last_valid_d && last_id_d == in.id;
-    end
-    last_valid_q <= last_valid_d;
-    last_id_q    <= last_id_d;
-    if (!rst_ni) known_valid_q <= 1'b0;
-  end
-  assign fetch_go     = known_go && known_q && !same_q;
-  assign last_valid_d = !start_i && rst_ni && (last_valid_q || fetch_go);
-  assign last_id_d    = fetch_go ? known_sample_q.id : last_id_q;
-  assign unknown_o    = (known_go && known_sample_q.hit && coloured && !known_q) || (fill_keep && fill_error);
 
-  // --- reads ---
-  logic                             fetch_valid_q;
-  logic [rt_core_pkg::AddrBits-1:0] fetch_addr_q;
-  logic [rt_core_pkg::AddrBits-1:0] material_addr;
-  where_t                           where_in, where;
-  logic                             where_valid, fill_last;
-  logic [BeatBits-1:0]              beat_q;
-  assign material_addr = base_i + rt_core_pkg::AddrBits'({known_sample_q.id, MaterialShift'(0)});
-  assign fetch_free    = !fetch_valid_q || fetch_ready_i;
-  always_ff @(posedge clk_i) begin
-    if (fetch_ready_i) fetch_valid_q <= 1'b0;
-    if (fetch_go) begin
-      fetch_valid_q <= 1'b1;
-      fetch_addr_q  <= {material_addr[rt_core_pkg::AddrBits-1:GranuleShift], GranuleShift'(0)};
-    end
-    if (!rst_ni) fetch_valid_q <= 1'b0;
+  // --- where the material stands, and how its light falls ---
+  logic    placed_valid, placed_ready, turn_failed;
+  placed_t placed;
+  rt_core_pkg::turned_t [2:0] light;
+  for (genvar a = 0; a < 3; a++) begin : gen_light
+    assign light[a] = rt_core_pkg::turned_t'(signed'(frame_i.light[a]));
   end
-  assign fetch_valid_o = fetch_valid_q;
-  assign fetch_o = '{
-          addr: fetch_addr_q,
-          len: 8'(Beats - 1),
-          source: rt_core_pkg::SourceBits'(rt_config_pkg::SourceMaterial),
-          mshr: '0
-      };
-  always_comb begin
-    where_in = '0;
-    if (PerBeat > 1) where_in.part = PartBits'(known_sample_q.id);
-    if (Beats > 1) where_in.beat = BeatBits'(known_sample_q.id >> (PerBeat > 1 ? PartBits : 0));
-  end
-  localparam int unsigned UsageBits = $clog2(Waiting + 1);
-  logic [UsageBits-1:0] where_usage_unused, waiting_usage_unused, material_usage_unused;
-  rt_fifo #(
-      .Depth (Waiting),
-      .data_t(where_t)
-  ) u_where (
-      .clk_i,
-      .rst_ni,
-      .in_valid_i (fetch_go),
-      .in_ready_o (where_room),
-      .in_data_i  (where_in),
-      .out_valid_o(where_valid),
-      .out_ready_i(fill_valid_i && fill_last),
-      .out_data_o (where),
-      .usage_o    (where_usage_unused)
-  );
-  // Of the beats of an answer one is kept; an error in any of them is one of all.
-  logic      error_q, material_room, material_valid, material_take;
-  material_t material_in, material_next, material_q;
-  logic [DataBits-1:0] kept_q, kept;
-  assign fill_last  = beat_q == BeatBits'(Beats - 1);
-  assign kept       = Beats == 1 || beat_q == where.beat ? fill_data_i : kept_q;
-  assign fill_error = fill_error_i || error_q;
-  assign fill_keep  = fill_valid_i && fill_last;
-  always_ff @(posedge clk_i) begin
-    if (fill_valid_i) begin
-      kept_q  <= kept;
-      beat_q  <= fill_last ? '0 : beat_q + 1'b1;
-      error_q <= fill_error && !fill_last;
+  if (TwoLevels) begin : gen_instances
+    localparam int unsigned RecordBits = 8 * rt_contract_pkg::InstanceShadeBytes;
+    typedef struct packed {
+      sample_t                          sample;
+      logic                             turns;
+      logic                             failed;
+      rt_contract_pkg::material_index_t material;
+    } turning_t;
+    logic                                   found_valid, found_ready, found_wanted, found_error;
+    sample_t                                found;
+    logic [RecordBits-1:0]                  found_bits;
+    rt_contract_pkg::instance_shade_record_t record;
+    turning_t                               turning;
+    rt_contract_pkg::material_index_t       index;
+    assign index = rt_contract_pkg::material_index_t'(turning.sample.id) + turning.material;
+    rt_core_pkg::turned_t [2:0]             turned;
+    rt_lookup #(
+        .DataBits    (DataBits),
+        .GranuleBytes(GranuleBytes),
+        .RecordBytes (rt_contract_pkg::InstanceShadeBytes),
+        .KeyBits     (rt_contract_pkg::TriangleIndexBits),
+        .Waiting     (Waiting),
+        .Source      (rt_config_pkg::SourcePlaced),
+        .tag_t       (sample_t)
+    ) u_instances (
+        .clk_i,
+        .rst_ni,
+        .start_i,
+        .base_i,
+        .failed_o     (turn_failed),
+        .in_valid_i   (in_valid),
+        .in_ready_o   (in_ready),
+        .in_wanted_i  (in.hit && coloured && 32'(in.number) < placed_i),
+        .in_key_i     (in.number),
+        .in_tag_i     (in),
+        .fetch_valid_o(fetch_valid_o[OfInstances]),
+        .fetch_ready_i(fetch_ready_i[OfInstances]),
+        .fetch_o      (fetch_o[OfInstances]),
+        .fill_valid_i (fill_valid_i[OfInstances]),
+        .fill_error_i,
+        .fill_data_i,
+        .out_valid_o  (found_valid),
+        .out_ready_i  (found_ready),
+        .out_wanted_o (found_wanted),
+        .out_error_o  (found_error),
+        .out_record_o (found_bits),
+        .out_tag_o    (found)
+    );
+    assign record = found_bits;
+    rt_turn #(
+        .tag_t(turning_t)
+    ) u_turn (
+        .clk_i,
+        .rst_ni,
+        .light_i    (frame_i.light),
+        .in_valid_i (found_valid),
+        .in_ready_o (found_ready),
+        .in_data_i  (record.turn),
+        .in_tag_i   ('{sample: found, turns: found_wanted, failed: found_wanted && found_error, material: record.material}),
+        .out_valid_o(placed_valid),
+        .out_ready_i(placed_ready),
+        .out_data_o (turned),
+        .out_tag_o  (turning)
+    );
+    always_comb begin
+      placed = '{sample: turning.sample, light: light, index: turning.sample.id, known: !turning.failed};
+      if (turning.turns) begin
+        placed.light = turned;
+        placed.index = 32'(index);
+      end
     end
-    if (!rst_ni) begin
-      beat_q  <= '0;
-      error_q <= 1'b0;
-    end
+  end else begin : gen_no_instances
+    logic        fill_unused;
+    logic [31:0] placed_unused;
+    assign fill_unused                = fill_valid_i[OfInstances] ^ fetch_ready_i[OfInstances];
+    assign placed_unused              = placed_i;
+    assign turn_failed                = 1'b0;
+    assign placed_valid               = in_valid;
+    assign in_ready                   = placed_ready;
+    assign placed                     = '{sample: in, light: light, index: in.id, known: 1'b1};
+    assign fetch_valid_o[OfInstances] = 1'b0;
+    assign fetch_o[OfInstances]       = '0;
   end
-  assign material_in = '{
-          error: fill_error,
-          record: kept[(PerBeat > 1 ? MaterialBits * where.part : 0)+:MaterialBits]
-      };
-  rt_fifo #(
-      .Depth (Waiting),
-      .data_t(material_t)
-  ) u_materials (
-      .clk_i,
-      .rst_ni,
-      .in_valid_i (fill_keep),
-      .in_ready_o (material_room),
-      .in_data_i  (material_in),
-      .out_valid_o(material_valid),
-      .out_ready_i(material_take),
-      .out_data_o (material_next),
-      .usage_o    (material_usage_unused)
-  );
 
-  // --- samples wait for their materials, then they are lit ---
-  waiting_t waiting;
-  logic     waiting_valid, waiting_take, light_in_ready;
-  rt_fifo #(
-      .Depth (Waiting),
-      .data_t(waiting_t)
-  ) u_waiting (
-      .clk_i,
-      .rst_ni,
-      .in_valid_i (known_go),
-      .in_ready_o (waiting_room),
-      .in_data_i  ('{sample: known_sample_q, lit: known_q, fresh: known_q && !same_q}),
-      .out_valid_o(waiting_valid),
-      .out_ready_i(waiting_take),
-      .out_data_o (waiting),
-      .usage_o    (waiting_usage_unused)
-  );
+  // --- the material, and what it looks like ---
   typedef struct packed {
     sample_t sample;
     logic    lit;
   } lit_sample_t;
-  logic         light_in_valid, lit_valid, lit_ready;
-  material_t    material;
-  lit_sample_t  lit;
-  shade_t [2:0] lit_colour;
-  assign material       = waiting.fresh ? material_next : material_q;
-  assign light_in_valid = waiting_valid && (!waiting.fresh || material_valid);
-  assign waiting_take   = light_in_valid && light_in_ready;
-  assign material_take  = waiting_take && waiting.fresh;
-  always_ff @(posedge clk_i) if (material_take) material_q <= material_next;
+  logic                               has_material, missing, material_failed, material_valid, material_ready, material_wanted, material_error;
+  placed_t                            placed_lit;
+  rt_contract_pkg::material_record_t  material;
+  logic                               lit_valid, lit_ready;
+  lit_sample_t                        lit;
+  shade_t [2:0]                       lit_colour;
+  assign has_material = placed.sample.hit && coloured && placed.known && placed.index < count_i;
+  assign missing      = placed.sample.hit && coloured && placed.known && !has_material;
+  assign unknown_o    = (placed_valid && placed_ready && missing) || material_failed || turn_failed;
+  rt_lookup #(
+      .DataBits    (DataBits),
+      .GranuleBytes(GranuleBytes),
+      .RecordBytes (rt_contract_pkg::MaterialBytes),
+      .KeyBits     (32),
+      .Waiting     (Waiting),
+      .Source      (rt_config_pkg::SourceMaterial),
+      .tag_t       (placed_t)
+  ) u_materials (
+      .clk_i,
+      .rst_ni,
+      .start_i,
+      .base_i,
+      .failed_o     (material_failed),
+      .in_valid_i   (placed_valid),
+      .in_ready_o   (placed_ready),
+      .in_wanted_i  (has_material),
+      .in_key_i     (placed.index),
+      .in_tag_i     (placed),
+      .fetch_valid_o(fetch_valid_o[OfMaterials]),
+      .fetch_ready_i(fetch_ready_i[OfMaterials]),
+      .fetch_o      (fetch_o[OfMaterials]),
+      .fill_valid_i (fill_valid_i[OfMaterials]),
+      .fill_error_i,
+      .fill_data_i,
+      .out_valid_o  (material_valid),
+      .out_ready_i  (material_ready),
+      .out_wanted_o (material_wanted),
+      .out_error_o  (material_error),
+      .out_record_o (material),
+      .out_tag_o    (placed_lit)
+  );
   rt_light #(
       .tag_t(lit_sample_t)
   ) u_light (
       .clk_i,
       .rst_ni,
       .frame_i,
-      .in_valid_i (light_in_valid),
-      .in_ready_o (light_in_ready),
-      .in_data_i  (material.record),
-      .in_tag_i   ('{sample: waiting.sample, lit: waiting.lit && !material.error}),
+      .in_valid_i (material_valid),
+      .in_ready_o (material_ready),
+      .in_data_i  (material),
+      .in_light_i (placed_lit.light),
+      .in_shadow_i(placed_lit.sample.shadow),
+      .in_tag_i   ('{sample: placed_lit.sample, lit: material_wanted && !material_error}),
       .out_valid_o(lit_valid),
       .out_ready_i(lit_ready),
       .out_data_o (lit_colour),
@@ -295,7 +283,8 @@ module rt_shade #(
   rt_contract_pkg::entry_scale_t scale_q;
   logic                      last, store;
   rt_core_pkg::pixel_t       pixel_q;
-  assign slot      = lit.sample.tag[rt_core_pkg::TagBits-1-:SlotBits];
+  // That of the pixel's first sample.
+  assign slot      = (lit.sample.tag[rt_core_pkg::TagBits-1-:SlotBits] >> frame_i.samples) << frame_i.samples;
   assign lit_ready = state_q == Wait;
   assign store     = state_q == Store;
   assign last      = sum_q.count == CountBits'((3'd1 << frame_i.samples) - 3'd1);
@@ -376,7 +365,7 @@ module rt_shade #(
   assign finished_slot_o  = slot_q;
 
   // Samples inside: those that wait, and those on the way between.
-  localparam int unsigned InsideBits = 7;
+  localparam int unsigned InsideBits = 8;
   logic [InsideBits-1:0] inside_q;
   logic                  comes, leaves;
   assign comes  = chosen_valid && chosen_ready;
@@ -388,12 +377,8 @@ module rt_shade #(
   end
   assign idle_o = inside_q == '0;
 
-  `RT_ASSERT_INIT(InsideFits, Waiting + rt_lib_pkg::pipe_credits(rt_stage_pkg::LightDepth, 1) + 8 < (1 << InsideBits))
-  `RT_ASSERT_INIT(DataBitsKnown, DataBits == 64 || DataBits == 128)
+  `RT_ASSERT_INIT(InsideFits, 2 * (Waiting + 1) + rt_lib_pkg::pipe_credits(rt_stage_pkg::TurnDepth, 3) +
+                  rt_lib_pkg::pipe_credits(rt_stage_pkg::LightDepth, 1) + 8 < (1 << InsideBits))
   `RT_ASSERT(StartsEmpty, !start_i || idle_o)
-  `RT_ASSERT(AnswerIsExpected, !fill_valid_i || where_valid)
-  `RT_ASSERT(MaterialHasRoom, !fill_keep || material_room)
-  `RT_ASSERT(MaterialIsThere, !waiting_take || !waiting.fresh || material_valid)
   `RT_ASSERT_STREAM(Pixels, pixel_valid_o, pixel_ready_i, pixel_o)
-  `RT_ASSERT_STREAM(Reads, fetch_valid_o, fetch_ready_i, fetch_o)
 endmodule

@@ -187,7 +187,7 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t material_base_lo;
     uint32_t material_base_hi;
     uint32_t material_count;
-    uint32_t reserved;
+    uint32_t instance_count;
     uint32_t frame_base_0_lo;
     uint32_t frame_base_0_hi;
     uint32_t frame_base_1_lo;
@@ -239,6 +239,10 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t result_busy;
     uint32_t result_starved;
     uint32_t result_blocked;
+    uint32_t entries;
+    uint32_t entry_passed;
+    uint32_t entry_refused;
+    uint32_t entry_blocked;
 } rt_regs__counters_t;
 
 // addrmap - rt_regs
@@ -268,7 +272,7 @@ typedef struct __attribute__ ((__packed__)) {
 } rt_regs_t;
 
 
-static_assert(sizeof(rt_regs_t) == 0x194, "Packing error");
+static_assert(sizeof(rt_regs_t) == 0x1a4, "Packing error");
 
 #ifdef __cplusplus
 }

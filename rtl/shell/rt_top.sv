@@ -85,10 +85,10 @@ module rt_top #(
   // verilator coverage_on
 
   localparam bit          Pixels = Config.pixels != 0;
-  localparam int unsigned Readers = 3;
+  localparam int unsigned Readers = 4;
   localparam int unsigned FromCore = 0;
   localparam int unsigned FromSource = 1;
-  localparam int unsigned FromShade = 2;
+  localparam int unsigned FromShade = 2;  // materials, and behind it instances
   `RT_ASSERT_INIT(PixelsKnown, Config.pixels <= 1)
 
   // --- the core, the source of its rays and the sink of its hits ---
@@ -105,6 +105,7 @@ module rt_top #(
   logic [DataBits-1:0]           fill_data_q;
   rt_config_pkg::counter_steps_t core_steps, steps;
   logic                             on_chip, raster_done, raster_valid, shade_ready, sink_ready, shade_idle;
+  rt_contract_pkg::triangle_index_t hit_number;
   logic                             frame_fault, camera_fault, material_fault, pixel_valid, wide_pixel, front_q;
   rt_core_pkg::tagged_ray_t         raster_ray;
   rt_core_pkg::pixel_t              pixel;
@@ -150,6 +151,7 @@ module rt_top #(
       .hit_valid_o   (hit_valid),
       .hit_ready_i   (on_chip ? shade_ready : sink_ready),
       .hit_o         (hit),
+      .hit_number_o  (hit_number),
       .read_valid_o  (read_valid[FromCore]),
       .read_ready_i  (read_ready[FromCore]),
       .read_o        (read_request[FromCore]),
@@ -184,7 +186,7 @@ module rt_top #(
     typedef struct packed {
       logic [511:0]     camera;
       logic [1:0][63:0] frame_base;
-      logic [31:0]      reserved;
+      logic [31:0]      instance_count;
       logic [31:0]      material_count;
       logic [63:0]      material_base;
       logic [255:0]     frame;
@@ -198,7 +200,13 @@ module rt_top #(
     logic                            done_before_q, drawn_q;
     logic [AddrBits-1:0]             frame_base[2];
     logic [AddrBits-1:0]             material_base;
-    logic [31:0]                     material_count, reserved_unused;
+    logic [31:0]                     material_count, instance_count;
+    logic                            camera_done, shadow_busy, sample_valid, sample_ready;
+    logic [1:0]                      source_valid, source_ready, fetch_valid, fetch_ready;
+    logic                            source_index_unused;
+    rt_core_pkg::tagged_ray_t        camera_ray, source[2];
+    rt_core_pkg::sample_t            sample;
+    rt_core_pkg::read_request_t      fetch[2];
     pictures_t                       pictures;
     rt_picture_regs u_registers (
         .clk_i,
@@ -217,7 +225,7 @@ module rt_top #(
     assign camera          = pictures.camera;
     assign frame           = pictures.frame;
     assign material_count  = pictures.material_count;
-    assign reserved_unused = pictures.reserved;
+    assign instance_count  = pictures.instance_count;
     assign material_base   = {pictures.material_base[AddrBits-1:6], 6'b0};
     for (genvar b = 0; b < 2; b++) begin : gen_base
       assign frame_base[b] = {pictures.frame_base[b][AddrBits-1:6], 6'b0};
@@ -232,7 +240,7 @@ module rt_top #(
         .camera_i        (camera),
         .frame_i         (frame),
         .box_i           (box),
-        .done_o          (raster_done),
+        .done_o          (camera_done),
         .fault_o         (frame_fault),
         .bad_o           (camera_fault),
         .finished_valid_i(finished_valid),
@@ -240,16 +248,60 @@ module rt_top #(
         .place_valid_o   (place_valid),
         .place_slot_o    (place_slot),
         .place_o         (place),
-        .ray_valid_o     (raster_valid),
-        .ray_ready_i     (ray_ready && on_chip),
-        .ray_o           (raster_ray),
+        .ray_valid_o     (source_valid[1]),
+        .ray_ready_i     (source_ready[1]),
+        .ray_o           (camera_ray),
         .miss_valid_o    (miss_valid),
         .miss_ready_i    (miss_ready),
         .miss_o          (miss)
     );
+    // A sample may send another ray until it has reached rt_shade.
+    assign raster_done = camera_done && !shadow_busy;
+    assign source[1]   = camera_ray;
+    rt_arbiter #(
+        .NumInputs(2),
+        .data_t   (rt_core_pkg::tagged_ray_t)
+    ) u_rays (
+        .clk_i,
+        .rst_ni     (!core_reset),
+        .in_valid_i (source_valid),
+        .in_ready_o (source_ready),
+        .in_data_i  (source),
+        .in_last_i  ('1),
+        .out_valid_o(raster_valid),
+        .out_ready_i(ray_ready && on_chip),
+        .out_data_o (raster_ray),
+        .out_index_o(source_index_unused)
+    );
+    rt_shadow u_shadow (
+        .clk_i,
+        .rst_ni       (!core_reset),
+        .start_i      (rays_start && on_chip),
+        .frame_i      (frame),
+        .box_i        (box),
+        .busy_o       (shadow_busy),
+        .place_valid_i(place_valid),
+        .place_ray_i  (camera_ray),
+        .hit_valid_i  (hit_valid && on_chip),
+        .hit_ready_o  (shade_ready),
+        .hit_i        (hit),
+        .hit_number_i (hit_number),
+        .ray_valid_o  (source_valid[0]),
+        .ray_ready_i  (source_ready[0]),
+        .ray_o        (source[0]),
+        .out_valid_o  (sample_valid),
+        .out_ready_i  (sample_ready),
+        .out_o        (sample)
+    );
+    for (genvar r = 0; r < 2; r++) begin : gen_fetch
+      assign read_valid[FromShade+r]   = fetch_valid[r];
+      assign fetch_ready[r]            = read_ready[FromShade+r];
+      assign read_request[FromShade+r] = fetch[r];
+    end
     rt_shade #(
         .DataBits    (DataBits),
-        .GranuleBytes(Config.granule_bytes)
+        .GranuleBytes(Config.granule_bytes),
+        .TwoLevels   (Config.levels > 1)
     ) u_shade (
         .clk_i,
         .rst_ni          (!core_reset),
@@ -257,11 +309,12 @@ module rt_top #(
         .frame_i         (frame),
         .base_i          (material_base),
         .count_i         (material_count),
+        .placed_i        (instance_count),
         .idle_o          (shade_idle),
         .unknown_o       (material_fault),
-        .hit_valid_i     (hit_valid && on_chip),
-        .hit_ready_o     (shade_ready),
-        .hit_i           (hit),
+        .hit_valid_i     (sample_valid),
+        .hit_ready_o     (sample_ready),
+        .hit_i           (sample),
         .miss_valid_i    (miss_valid),
         .miss_ready_o    (miss_ready),
         .miss_i          (miss),
@@ -270,10 +323,10 @@ module rt_top #(
         .place_i         (place),
         .finished_valid_o(finished_valid),
         .finished_slot_o (finished_slot),
-        .fetch_valid_o   (read_valid[FromShade]),
-        .fetch_ready_i   (read_ready[FromShade]),
-        .fetch_o         (read_request[FromShade]),
-        .fill_valid_i    (fill_q.valid[rt_config_pkg::SourceMaterial]),
+        .fetch_valid_o   (fetch_valid),
+        .fetch_ready_i   (fetch_ready),
+        .fetch_o         (fetch),
+        .fill_valid_i    ({fill_q.valid[rt_config_pkg::SourcePlaced], fill_q.valid[rt_config_pkg::SourceMaterial]}),
         .fill_error_i    (fill_q.error),
         .fill_data_i     (fill_data_q),
         .pixel_valid_o   (pixel_valid),
@@ -290,7 +343,9 @@ module rt_top #(
     end
   end else begin : gen_no_pixels
     rt_contract_pkg::position_t [5:0] box_unused;
+    rt_contract_pkg::triangle_index_t number_unused;
     assign box_unused     = box;
+    assign number_unused  = hit_number;
     assign on_chip        = 1'b0;
     assign raster_done    = 1'b1;
     assign raster_valid   = 1'b0;
@@ -310,8 +365,10 @@ module rt_top #(
       picture_read    <= regs.pictures.req && !regs.pictures.req_is_wr && rst_ni;
       picture_written <= regs.pictures.req && regs.pictures.req_is_wr && rst_ni;
     end
-    assign read_valid[FromShade]   = 1'b0;
-    assign read_request[FromShade] = '0;
+    for (genvar r = FromShade; r < int'(Readers); r++) begin : gen_no_reader
+      assign read_valid[r]   = 1'b0;
+      assign read_request[r] = '0;
+    end
   end
   rt_hit_sink #(
       .DataBits(DataBits),

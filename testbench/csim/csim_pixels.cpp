@@ -17,17 +17,22 @@ namespace {
 using hls::word_t;
 constexpr std::size_t kBlock = 4096;  // rays a run of the kernel
 
-template <class Record>
-std::vector<word_t> words_of(std::span<const Record> records) {
-  std::vector<std::uint64_t> words(Record::kWords * records.size() + 2);
-  for (std::size_t i = 0; i < records.size(); ++i) records[i].pack(&words[Record::kWords * i]);
-  std::vector<word_t> wide((words.size() + 1) / 2);
+std::vector<word_t> wide_words(std::vector<std::uint64_t> words) {
+  words.resize((words.size() | 1) + 1);
+  std::vector<word_t> wide(words.size() / 2);
   for (std::size_t i = 0; i < wide.size(); ++i) {
     wide[i] = words[2 * i + 1];
     wide[i] <<= 64;
     wide[i] |= word_t(words[2 * i]);
   }
   return wide;
+}
+
+template <class Record>
+std::vector<word_t> words_of(std::span<const Record> records) {
+  std::vector<std::uint64_t> words(Record::kWords * records.size());
+  for (std::size_t i = 0; i < records.size(); ++i) records[i].pack(&words[Record::kWords * i]);
+  return wide_words(std::move(words));
 }
 
 template <class Word>
@@ -38,10 +43,21 @@ std::array<std::uint64_t, (sizeof(Word) + 7) / 8> halves(const Word& word) {
   return result;
 }
 
+template <class Word, class Record>
+Word stream_word(const Record& record) {
+  std::array<std::uint64_t, Record::kWords> packed{};
+  record.pack(packed.data());
+  Word word = 0;
+  for (std::size_t i = packed.size(); i-- > 0;) {
+    word <<= 64;
+    word |= Word(packed[i]);
+  }
+  return word;
+}
+
 class CsimPixels final : public PixelEngine {
  public:
-  CsimPixels(std::span<const std::uint64_t> image, std::span<const contract::MaterialRecord> materials)
-      : image_(image), materials_(materials.begin(), materials.end()) {}
+  CsimPixels(std::span<const std::uint64_t> image, const ShadeTable& table) : image_(image), table_(table) {}
 
   std::vector<std::uint32_t> draw(const contract::CameraRecord& camera, const contract::FrameRecord& frame,
                                   const TraceOptions& options) override {
@@ -55,7 +71,7 @@ class CsimPixels final : public PixelEngine {
         rays.push_back({.origin = one.origin, .direction = one.direction, .t_max = one.t_max, .any = 0});
     totals_.samples = made->size();
     totals_.rays = rays.size();
-    std::vector<contract::HitRecord> hits(rays.size());
+    std::vector<contract::PlacedHitRecord> hits(rays.size());
     trace_entered(image_, rays, hits, options);
 
     std::vector<contract::ShadeInRecord> results;
@@ -63,14 +79,31 @@ class CsimPixels final : public PixelEngine {
     for (const contract::RasterOutRecord& one : *made) {
       contract::ShadeInRecord in{.scale = one.scale, .start = one.start, .pixel = one.pixel};
       if (one.enters != 0) {
-        const contract::HitRecord& hit = hits[next++];
+        const contract::PlacedHitRecord& hit = hits[next++];
         in.hit = hit.status == static_cast<std::uint32_t>(contract::kStatusHit);
         in.t = hit.t;
         in.id = hit.id;
+        in.number = hit.number;
       }
       results.push_back(in);
     }
-    auto pixels = shade_by_kernel(frame, results, materials_, &totals_.unknown);
+    if (frame.shadows != 0 && frame.kind == static_cast<std::uint32_t>(contract::kPixelColour)) {
+      const auto towards = shadows_by_kernel(image_, frame, *made, results);
+      if (!towards) throw Error("csim engine: the kernel refuses the image or the frame");
+      rays.clear();
+      for (const contract::RasterOutRecord& one : *towards)
+        if (one.enters != 0)
+          rays.push_back({.origin = one.origin, .direction = one.direction, .t_max = one.t_max, .any = 1});
+      hits.assign(rays.size(), {});
+      trace_entered(image_, rays, hits, options);
+      next = 0;
+      for (std::size_t i = 0; i < results.size(); ++i)
+        if ((*towards)[i].enters != 0)
+          results[i].shadow = hits[next++].status == static_cast<std::uint32_t>(contract::kStatusHit);
+      totals_.shadow_rays = rays.size();
+      totals_.rays += rays.size();
+    }
+    auto pixels = shade_by_kernel(frame, results, table_, &totals_.unknown);
     if (!pixels) throw Error("csim engine: the kernel refuses the frame");
     return std::move(*pixels);
   }
@@ -79,14 +112,14 @@ class CsimPixels final : public PixelEngine {
 
  private:
   std::span<const std::uint64_t> image_;
-  std::vector<contract::MaterialRecord> materials_;
+  ShadeTable table_;
   PixelTotals totals_;
 };
 
 }  // namespace
 
 void trace_entered(std::span<const std::uint64_t> words, std::span<const contract::RayRecord> rays,
-                   std::span<contract::HitRecord> hits, const TraceOptions& options) {
+                   std::span<contract::PlacedHitRecord> hits, const TraceOptions& options) {
   if (options.way_up == WayUp::kStack) throw Error("csim engine: the kernel has no stack; use parent or face links");
   const int bits = RETRACE_OPTION_ENTERED | (options.way_up == WayUp::kParentLinks ? RETRACE_OPTION_PARENT_LINKS : 0) |
                    (options.mailbox != 0 ? RETRACE_OPTION_MAILBOX : 0);
@@ -104,7 +137,7 @@ void trace_entered(std::span<const std::uint64_t> words, std::span<const contrac
                         words.size() / MemoryImage::kLineWords, range.size(), bits);
           if (summary[kSummaryStatus] != 0) refused = true;
           for (std::size_t i = 0; i < range.size(); ++i)
-            hits[range.begin() + i] = contract::HitRecord::unpack(halves(hit_words[i]).data());
+            hits[range.begin() + i] = contract::PlacedHitRecord::unpack(halves(hit_words[i]).data());
           if (options.done) *options.done += range.size();
         },
         tbb::simple_partitioner());
@@ -131,24 +164,36 @@ std::optional<std::vector<contract::RasterOutRecord>> raster_by_kernel(std::span
   return made;
 }
 
+std::optional<std::vector<contract::RasterOutRecord>> shadows_by_kernel(
+    std::span<const std::uint64_t> words, const contract::FrameRecord& frame,
+    std::span<const contract::RasterOutRecord> samples, std::span<const contract::ShadeInRecord> hits) {
+  const std::vector<word_t> frame_words = words_of(std::span(&frame, 1));
+  ::hls::stream<hls::raster_out_word_t> made("made", samples.size() + 1), rays("rays", samples.size() + 1);
+  ::hls::stream<hls::shade_in_word_t> results("results", samples.size() + 1);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    made.write(stream_word<hls::raster_out_word_t>(samples[i]));
+    results.write(stream_word<hls::shade_in_word_t>(hits[i]));
+  }
+  std::array<ap_uint<64>, kPixelsWords> summary;
+  retrace_shadow(reinterpret_cast<const word_t*>(words.data()), frame_words.data(), made, results, rays, summary.data(),
+                 words.size() / MemoryImage::kLineWords);
+  if (summary[kPixelsStatus] != 0 || rays.size() != samples.size()) return std::nullopt;
+  std::vector<contract::RasterOutRecord> towards(samples.size());
+  for (contract::RasterOutRecord& one : towards) one = contract::RasterOutRecord::unpack(halves(rays.read()).data());
+  return towards;
+}
+
 std::optional<std::vector<std::uint32_t>> shade_by_kernel(const contract::FrameRecord& frame,
                                                           std::span<const contract::ShadeInRecord> samples,
-                                                          std::span<const contract::MaterialRecord> materials,
-                                                          std::uint64_t* unknown) {
-  const std::vector<word_t> frame_words = words_of(std::span(&frame, 1)), material_words = words_of(materials);
+                                                          const ShadeTable& table, std::uint64_t* unknown) {
+  const std::vector<word_t> frame_words = words_of(std::span(&frame, 1)), material_words = wide_words(table.words);
   ::hls::stream<hls::shade_in_word_t> results("results", samples.size() + 1);
-  for (const contract::ShadeInRecord& one : samples) {
-    std::array<std::uint64_t, contract::ShadeInRecord::kWords> packed{};
-    one.pack(packed.data());
-    hls::shade_in_word_t word = packed[1];
-    word <<= 64;
-    word |= hls::shade_in_word_t(packed[0]);
-    results.write(word);
-  }
+  for (const contract::ShadeInRecord& one : samples) results.write(stream_word<hls::shade_in_word_t>(one));
   const std::size_t pixels = std::size_t{frame.width} * frame.height;
   std::vector<ap_uint<32>> memory(2 * pixels + 1);
   std::array<ap_uint<64>, kPixelsWords> summary;
-  retrace_shade(frame_words.data(), material_words.data(), results, memory.data(), summary.data(), materials.size());
+  retrace_shade(frame_words.data(), material_words.data(), results, memory.data(), summary.data(), table.size(),
+                table.instances);
   if (summary[kPixelsStatus] != 0) {
     results.clear();
     return std::nullopt;
@@ -159,9 +204,8 @@ std::optional<std::vector<std::uint32_t>> shade_by_kernel(const contract::FrameR
   return result;
 }
 
-std::unique_ptr<PixelEngine> make_csim_pixels(std::span<const std::uint64_t> image_words,
-                                              std::span<const contract::MaterialRecord> materials) {
-  return std::make_unique<CsimPixels>(image_words, materials);
+std::unique_ptr<PixelEngine> make_csim_pixels(std::span<const std::uint64_t> image_words, const ShadeTable& table) {
+  return std::make_unique<CsimPixels>(image_words, table);
 }
 
 }  // namespace retrace

@@ -40,7 +40,11 @@ void CoreCounters::add(const CoreCounters& o) {
                                                 &CoreCounters::triangle_misses,
                                                 &CoreCounters::read_beats,
                                                 &CoreCounters::write_beats,
-                                                &CoreCounters::context_clocks};
+                                                &CoreCounters::context_clocks,
+                                                &CoreCounters::entries,
+                                                &CoreCounters::entry_passed,
+                                                &CoreCounters::entry_refused,
+                                                &CoreCounters::entry_blocked};
   for (auto member : plain) this->*member += o.*member;
   UnitClocks CoreCounters::*const units[] = {&CoreCounters::lanes,      &CoreCounters::leaf_unit,
                                              &CoreCounters::references, &CoreCounters::tri_test,
@@ -120,18 +124,19 @@ void CoreDriver::start(std::span<const std::uint64_t> ray_words, const CoreMode&
   device_.write_register(RT_OFFSET(control), control);
 }
 
-void CoreDriver::load_pictures(std::span<const std::uint64_t> image_words,
-                               std::span<const std::uint64_t> material_words, std::uint64_t pixel_bytes) {
+void CoreDriver::load_pictures(std::span<const std::uint64_t> image_words, const ShadeTable& table,
+                               std::uint64_t pixel_bytes) {
   device_.release_all();
   image_lines_ = image_words.size() / 8;
   image_address_ = device_.allocate(std::max<std::uint64_t>(image_words.size() * 8, 64));
   // Reads are whole granules, which may end behind the last record.
-  material_address_ = device_.allocate(material_words.size() * 8 + 64);
+  material_address_ = device_.allocate(table.words.size() * 8 + 64);
   pixel_bytes_ = (pixel_bytes + 63) / 64 * 64;
   for (std::uint64_t& address : frame_address_) address = device_.allocate(pixel_bytes_ + 64);
-  materials_ = material_words.size() * 8 / contract::kMaterialBytes;
+  materials_ = table.size();
+  instances_ = table.instances;
   device_.write_memory(image_address_, image_words);
-  device_.write_memory(material_address_, material_words);
+  device_.write_memory(material_address_, table.words);
 }
 
 void CoreDriver::start_picture(const contract::CameraRecord& camera, const contract::FrameRecord& frame,
@@ -156,6 +161,7 @@ void CoreDriver::start_picture(const contract::CameraRecord& camera, const contr
   address(RT_OFFSET(pictures.frame_base_0_lo), frame_address_[0]);
   address(RT_OFFSET(pictures.frame_base_1_lo), frame_address_[1]);
   device_.write_register(RT_OFFSET(pictures.material_count), static_cast<std::uint32_t>(materials_));
+  device_.write_register(RT_OFFSET(pictures.instance_count), static_cast<std::uint32_t>(instances_));
   device_.write_register(RT_OFFSET(image_lines), static_cast<std::uint32_t>(image_lines_));
   device_.write_register(RT_OFFSET(step_limit), mode.step_limit);
   std::uint32_t control = RT_REGS__CONTROL__START_bm | RT_REGS__CONTROL__IRQ_ENABLE_bm | RT_REGS__CONTROL__ON_CHIP_bm;
@@ -228,6 +234,10 @@ CoreCounters CoreDriver::counters() {
   RT_COUNTER(read_beats);
   RT_COUNTER(write_beats);
   RT_COUNTER(context_clocks);
+  RT_COUNTER(entries);
+  RT_COUNTER(entry_passed);
+  RT_COUNTER(entry_refused);
+  RT_COUNTER(entry_blocked);
 #undef RT_COUNTER
 #define RT_UNIT(member, name)                                                   \
   c.member.busy = device_.read_register(RT_OFFSET(counters.name##_busy));       \

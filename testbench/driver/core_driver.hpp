@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "golden/engine/engine.hpp"
+#include "golden/engine/shade_table.hpp"
 #include "testbench/driver/device.hpp"
 
 namespace retrace::cosim {
@@ -39,7 +40,8 @@ struct UnitClocks {
 struct CoreCounters : WorkTotals {
   std::uint64_t clocks = 0, faults = 0;
   std::uint64_t node_hits = 0, node_misses = 0, leaf_hits = 0, leaf_misses = 0, list_hits = 0, list_misses = 0,
-                triangle_hits = 0, triangle_misses = 0, read_beats = 0, write_beats = 0, context_clocks = 0;
+                triangle_hits = 0, triangle_misses = 0, read_beats = 0, write_beats = 0, context_clocks = 0,
+                entries = 0, entry_passed = 0, entry_refused = 0, entry_blocked = 0;
   UnitClocks lanes, leaf_unit, references, tri_test, results, bus;
 
   std::uint64_t node_steps() const { return visits(); }
@@ -71,9 +73,8 @@ class CoreDriver {
   void load_at(std::span<const std::uint64_t> image_words, std::uint64_t most_rays, const Placement& placement);
   /// Writes the rays (4 words each), fills the hits with a pattern, starts.
   void start(std::span<const std::uint64_t> ray_words, const CoreMode& mode);
-  /// The same for pictures: image, materials, two frame buffers of `pixel_bytes`.
-  void load_pictures(std::span<const std::uint64_t> image_words, std::span<const std::uint64_t> material_words,
-                     std::uint64_t pixel_bytes);
+  /// The same for pictures: image, records for shading, two frame buffers of `pixel_bytes`.
+  void load_pictures(std::span<const std::uint64_t> image_words, const ShadeTable& table, std::uint64_t pixel_bytes);
   /// Fills the frame buffer that is drawn next with a pattern, starts.
   void start_picture(const contract::CameraRecord& camera, const contract::FrameRecord& frame, const CoreMode& mode);
   /// Of the frame buffer drawn last.
@@ -98,7 +99,7 @@ class CoreDriver {
   Device& device_;
   CoreIdentity identity_;
   std::uint64_t image_address_ = 0, ray_address_ = 0, hit_address_ = 0, most_rays_ = 0, image_lines_ = 0, rays_ = 0;
-  std::uint64_t material_address_ = 0, materials_ = 0, pixel_bytes_ = 0;
+  std::uint64_t material_address_ = 0, materials_ = 0, instances_ = 0, pixel_bytes_ = 0;
   std::array<std::uint64_t, 2> frame_address_{};
 };
 

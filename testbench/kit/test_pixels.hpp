@@ -85,6 +85,7 @@ inline contract::FrameRecord random_frame(Random& random, std::uint32_t side) {
   frame.tile_y = static_cast<std::uint32_t>(random.below(random.chance(4) ? 8 : 4));
   frame.kind = random.chance(2) ? 0 : static_cast<std::uint32_t>(random.below(4));
   if (frame.kind == 0) frame.samples = static_cast<std::uint32_t>(random.below(3));
+  frame.shadows = random.chance(2);
   frame.ambient = shade();
   frame.diffuse = random.chance(4) ? 255 : shade();
   for (std::uint32_t& part : frame.background) part = shade();
@@ -92,6 +93,15 @@ inline contract::FrameRecord random_frame(Random& random, std::uint32_t side) {
   for (std::uint32_t& offset : frame.offset_y) offset = shade();
   for (std::int32_t& part : frame.light) part = static_cast<std::int32_t>(random.integer(-4096, 4095));
   return frame;
+}
+
+/// How an instance is turned, or bits that turn nothing; its materials are anywhere.
+inline contract::InstanceShadeRecord random_instance_shade(Random& random) {
+  contract::InstanceShadeRecord record;
+  for (std::int32_t& part : record.turn)
+    part = random.chance(8) ? -1024 : static_cast<std::int32_t>(random.integer(-1024, 1023));
+  record.material = static_cast<std::uint32_t>(random.bits()) & ((1u << contract::kMaterialIndexBits) - 1);
+  return record;
 }
 
 inline contract::MaterialRecord random_material(Random& random) {

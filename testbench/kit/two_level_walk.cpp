@@ -65,13 +65,16 @@ TreeHit search_tree(const MemoryImage& image, const contract::RaySetupOutRecord&
 }
 
 /// The ray at the root box of an image.
-contract::RaySetupOutRecord set_up(const contract::RayRecord& ray, const MemoryImage& image) {
+contract::RaySetupOutRecord set_up(const contract::RayRecord& ray, const MemoryImage& image, bool entered = false) {
   contract::RaySetupInRecord start;
   start.origin = ray.origin;
   start.direction = ray.direction;
   start.t_max = ray.t_max;
   start.any = ray.any;
-  for (std::size_t face = 0; face < 6; ++face) start.box[face] = static_cast<std::int32_t>(image.header().box[face]);
+  constexpr std::int32_t kAnywhere = 1 << (contract::kPositionBits - 1);
+  for (std::size_t face = 0; face < 6; ++face)
+    start.box[face] =
+        entered ? (face % 2 != 0 ? kAnywhere - 1 : -kAnywhere) : static_cast<std::int32_t>(image.header().box[face]);
   return reference::ray_setup(start);
 }
 
@@ -117,11 +120,11 @@ TwoLevelHit trace_one_level(const MemoryImage& image, const contract::RayRecord&
 }
 
 TwoLevelHit trace_two_levels(const TwoLevelScene& scene, const contract::RayRecord& ray, TwoLevelWork* work,
-                             std::uint32_t* status, TwoLevelVisits* visits) {
+                             std::uint32_t* status, TwoLevelVisits* visits, bool entered) {
   TwoLevelWork unwanted;
   TwoLevelWork& count = work ? *work : unwanted;
   std::uint32_t fault = 0;
-  const auto state = set_up(ray, scene.top);
+  const auto state = set_up(ray, scene.top, entered);
   TwoLevelHit best;
   best.t = ray.t_max;
   std::array<std::uint32_t, kInstanceMailbox> mailbox{};

@@ -39,8 +39,9 @@ struct TwoLevelVisits {
 };
 
 /// Closest hit, or for a ray that asks for any, the first one found. `status`: status_hit, status_miss, status_bad_ray or status_bad_record.
+/// `entered`: the ray is a camera's, whose origin may lie outside of the root box.
 TwoLevelHit trace_two_levels(const TwoLevelScene& scene, const contract::RayRecord& ray, TwoLevelWork* work = nullptr,
-                             std::uint32_t* status = nullptr, TwoLevelVisits* visits = nullptr);
+                             std::uint32_t* status = nullptr, TwoLevelVisits* visits = nullptr, bool entered = false);
 
 /// The same walk over a tree of one level, in the fields that it has: hit, t, id.
 TwoLevelHit trace_one_level(const MemoryImage& image, const contract::RayRecord& ray,

@@ -198,10 +198,13 @@ void add_render(CLI::App& app, Program& program) {
                                      ->capture_default_str()
                                      ->check(CLI::Range(1, 65536))
                                      ->type_name("N");
-  command->add_flag("--on-chip", a->on_chip,
-                    "The engine makes rays and pixels by itself, lit from the camera: engine csim or rtl, --spp 1 "
-                    "(default), 2 or 4");
-  command->add_flag("--shadows,!--no-shadows", a->options.shadows, "Shadow rays (on unless --no-shadows)");
+  command->add_flag(
+      "--on-chip", a->on_chip,
+      "The engine makes rays and pixels by itself, lit from the camera or, with --shadows, from above it: "
+      "engine csim or rtl, --spp 1 (default), 2 or 4");
+  const CLI::Option* const shadows =
+      command->add_flag("--shadows,!--no-shadows", a->options.shadows,
+                        "Shadow rays (on unless --no-shadows; with --on-chip off unless --shadows)");
   command->add_option("--ao", a->options.ao, "Ambient occlusion rays a sample; 0: none")
       ->capture_default_str()
       ->check(CLI::Range(0, 4096))
@@ -291,7 +294,8 @@ void add_render(CLI::App& app, Program& program) {
       "  retrace render creatures.glb -o creatures.png --animation --fps 25\n"
       "  retrace render carousel.glb -o carousel.png --animation --frames 4 --engine csim --full-rebuild every\n";
   command->footer(footer);
-  command->callback([a, way_up, mailbox, spp, &program] {
+  command->callback([a, way_up, mailbox, spp, shadows, &program] {
+    a->chose_shadows = shadows->count() > 0;
     a->chose_spp = spp->count() > 0;
     a->chose_walk = way_up->count() > 0 || mailbox->count() > 0;
     run_render(*a, program.common);

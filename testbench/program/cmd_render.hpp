@@ -17,6 +17,7 @@ struct RenderArguments {
   bool chose_walk = false;  ///< --way-up or --mailbox was given
   bool chose_spp = false;
   bool on_chip = false;
+  bool chose_shadows = false;
   RenderOptions options;
 
   bool animation = false;

@@ -12,11 +12,11 @@ void run_on_chip(const RenderArguments& a, const Common& common) {
   const EngineKind& kind = find_engine(a.engine);
   if (!kind.make_pixels)
     throw UsageError("engine " + kind.name + " makes no pictures by itself: --on-chip takes engine csim or rtl");
-  if (common.two_levels != TwoLevels::kOff) throw UsageError("--on-chip takes one level: no --two-level");
   if (!a.aovs.empty()) throw UsageError("--on-chip writes the picture alone: no --aov");
   ChipOptions options;
   options.width = a.options.width;
   options.height = a.options.height;
+  options.shadows = a.chose_shadows && a.options.shadows;
   options.samples = a.chose_spp ? a.options.spp : 1;
   if (options.samples != 1 && options.samples != 2 && options.samples != 4)
     throw UsageError("--on-chip takes --spp 1, 2 or 4");
@@ -30,8 +30,8 @@ void run_on_chip(const RenderArguments& a, const Common& common) {
   const Surfaces surfaces(loaded.scene, loaded.world, loaded.grid);
   const contract::FrameRecord frame = chip_frame(view, options);
   const contract::CameraRecord camera = chip_camera(view, loaded.grid, options.width, options.height);
-  const std::vector<contract::MaterialRecord> materials = chip_materials(surfaces);
-  const std::unique_ptr<PixelEngine> engine = make_pixel_engine(a.engine, loaded.image, materials);
+  const ShadeTable table = chip_shading(surfaces);
+  const std::unique_ptr<PixelEngine> engine = make_pixel_engine(a.engine, loaded.image, table);
   const double start = now();
   const std::vector<std::uint32_t> pixels = engine->draw(camera, frame, a.options.trace);
   const double seconds = now() - start;
@@ -47,6 +47,7 @@ void run_on_chip(const RenderArguments& a, const Common& common) {
                                              {"spp", options.samples},
                                              {"samples", totals.samples},
                                              {"rays", totals.rays},
+                                             {"table_bytes", 8 * table.words.size()},
                                              {"bytes", totals.bytes},
                                              {"clocks", totals.clocks},
                                              {"seconds", seconds}}
@@ -56,8 +57,9 @@ void run_on_chip(const RenderArguments& a, const Common& common) {
   std::printf("%s, %s triangles, %dx%d, %d samples a pixel, engine %s, camera %s, rays and pixels on the chip\n",
               loaded.name.c_str(), with_commas(loaded.world.vertices.size()).c_str(), options.width, options.height,
               options.samples, kind.name.c_str(), view.name.c_str());
-  std::printf("  %s samples, %s of them traced, %s bytes of materials\n", with_commas(totals.samples).c_str(),
-              with_commas(totals.rays).c_str(), with_commas(materials.size() * contract::kMaterialBytes).c_str());
+  print_levels(loaded);
+  std::printf("  %s samples, %s rays, %s bytes of records for shading\n", with_commas(totals.samples).c_str(),
+              with_commas(totals.rays).c_str(), with_commas(8 * table.words.size()).c_str());
   if (totals.clocks > 0 && totals.rays > 0) {
     const auto rays = static_cast<double>(totals.rays);
     std::printf("  %.2f clocks and %.1f bytes a ray\n", static_cast<double>(totals.clocks) / rays,

@@ -25,6 +25,8 @@ using cosim::Clocked;
 constexpr std::uint64_t kBase = 0x3fffff'ffc0;  // crosses a page, needs all address bits
 constexpr unsigned kMaterials = 100;
 constexpr unsigned kBroken = 56;  // begins a granule
+constexpr unsigned kPlaced = 12;
+constexpr unsigned kBrokenPlaced = 8;
 
 struct Traffic {
   const char* name;
@@ -47,16 +49,29 @@ constexpr Traffic kTraffic[] = {
 template <typename Model>
 constexpr unsigned kBusBytes = std::is_same_v<Model, Vtb_pixels_b128> ? 16 : 8;
 template <typename Model>
+constexpr bool kLevels = !std::is_same_v<Model, Vtb_pixels_b128>;
+template <typename Model>
 constexpr unsigned kGranule = std::is_same_v<Model, Vtb_pixels_g64> ? 64 : kBusBytes<Model>;
 
 template <typename Model>
 class Pixels : public testing::Test {
  protected:
   Pixels() : random_(test_seed()), bench_(test_seed()) {
-    materials_.resize(kMaterials);
-    for (auto& material : materials_) material = random_material(random_);
+    std::vector<contract::MaterialRecord> materials(kMaterials - 2 * kPlaced);
+    for (auto& material : materials) material = random_material(random_);
+    std::vector<contract::InstanceShadeRecord> placed(kPlaced);
+    for (auto& record : placed) {
+      record = random_instance_shade(random_);
+      if (!random_.chance(4))
+        record.material =
+            static_cast<std::uint32_t>(random_.integer(-40, 80)) & ((1u << contract::kMaterialIndexBits) - 1);
+    }
+    table_ = ShadeTable(placed, materials);
+    if (!kLevels<Model>) table_.instances = 0;
+    bench_->start_i = bench_->hit_valid_i = bench_->fill_valid_i = 0;
     bench_->base_i = kBase;
     bench_->count_i = kMaterials;
+    bench_->placed_i = kPlaced;
     bench_.reset();
   }
   ~Pixels() override { EXPECT_FALSE(bench_.failed()) << "an assertion of the RTL; seed " << test_seed(); }
@@ -66,30 +81,57 @@ class Pixels : public testing::Test {
   }
 
   /// Hit of a sample: none, one with a material, one beyond the materials, an error.
-  contract::HitRecord random_hit() {
-    contract::HitRecord hit;
+  contract::PlacedHitRecord random_hit() {
+    contract::PlacedHitRecord hit;
     hit.id = contract::kNoTriangle;
     hit.status = static_cast<std::uint32_t>(random_.chance(16) ? 2 + random_.below(6) : random_.below(5) != 0);
     if (hit.status != static_cast<std::uint32_t>(contract::kStatusHit)) return hit;
-    hit.t = static_cast<std::uint32_t>(random_.bits() >> 37);
+    hit.t = static_cast<std::uint32_t>(random_.bits() >> 37) >> random_.below(16);
     // Often the triangle of the sample before.
     if (!random_.chance(3))
       last_id_ = static_cast<std::uint32_t>(random_.chance(20) ? random_.bits() : random_.below(kMaterials));
     hit.id = last_id_;
+    if (!random_.chance(3)) last_number_ = static_cast<std::uint32_t>(random_.below(kPlaced + 2));
+    hit.number = last_number_;
     return hit;
   }
 
   void run(const contract::CameraRecord& camera, const contract::FrameRecord& frame,
            const std::array<std::int32_t, 6>& box, const Traffic& traffic) {
     // What each pixel has to become: the golden model, with hits drawn here.
-    std::map<std::uint32_t, std::vector<std::pair<contract::RayRecord, contract::HitRecord>>> expected;  // by pixel
+    using Traced = std::pair<contract::RayRecord, contract::PlacedHitRecord>;
+    std::map<std::uint32_t, std::vector<Traced>> expected;  // by pixel
+    std::vector<Traced> towards;                            // the light, in any order
     std::size_t traced = 0;
-    std::vector<std::uint32_t> order;  // pixels of the rays
+    std::vector<std::uint32_t> order;  // pixels of the camera's rays
     PixelTotals totals;
+    materials_ = table_;
+    if (broken_) {
+      // Without its record an instance has no material.
+      for (std::uint32_t number = kBrokenPlaced; number < table_.instances; ++number) {
+        contract::InstanceShadeRecord record;
+        record.material = 1u << (contract::kMaterialIndexBits - 1);
+        record.pack(&materials_.words[2 * number]);
+      }
+    }
+    ShadeTable seen = materials_;
+    if (broken_) seen.words.resize(kBroken);
     const std::vector<std::uint32_t> pixels = draw_golden(
-        camera, frame, box, std::span(materials_).first(broken_ ? kBroken : kMaterials),
-        [&](std::span<const contract::RayRecord> rays, std::span<contract::HitRecord> hits) {
+        camera, frame, box, seen,
+        [&](std::span<const contract::RayRecord> rays, std::span<contract::PlacedHitRecord> hits) {
           std::size_t next = 0;
+          if (traced != 0) {
+            for (std::size_t i = 0; i < rays.size(); ++i) {
+              // Rays of several samples may be the same, so what becomes of one is in its bits.
+              const std::uint32_t bits = static_cast<std::uint32_t>(rays[i].origin[0]) * 2654435761u ^
+                                         static_cast<std::uint32_t>(rays[i].origin[1]) * 2246822519u;
+              hits[i].status = static_cast<std::uint32_t>(bits >> 28 == 0 ? 2 + (bits >> 24 & 5) : bits >> 27 & 1);
+              towards.push_back({rays[i], hits[i]});
+              ++shadow_rays_;
+              shadows_ += hits[i].status == static_cast<std::uint32_t>(contract::kStatusHit);
+            }
+            return;
+          }
           golden::for_each_pixel(frame, [&](std::uint32_t x, std::uint32_t y) {
             for (std::uint32_t s = 0; s < 1u << frame.samples; ++s) {
               const auto made = golden::raster(camera, frame, box, x, y, s);
@@ -117,10 +159,11 @@ class Pixels : public testing::Test {
 
     struct Flying {
       std::uint32_t tag;
-      contract::HitRecord hit;
+      contract::PlacedHitRecord hit;
     };
     std::vector<Flying> flying;
-    std::deque<std::pair<std::uint64_t, unsigned>> reads;  // address, beats left
+    std::array<std::deque<std::pair<std::uint64_t, unsigned>>, 2>
+        reads;  // of materials and instances: address, beats left
     std::vector<std::uint32_t> drawn(pixels.size(), 0xdeadbeef);
     std::vector<bool> done(pixels.size());
     std::map<std::uint32_t, std::size_t> made;
@@ -145,35 +188,50 @@ class Pixels : public testing::Test {
         bench_->hit_status_i = static_cast<std::uint8_t>(flying[hit_at].hit.status);
         bench_->hit_id_i = flying[hit_at].hit.id;
         bench_->hit_t_i = flying[hit_at].hit.t;
+        bench_->hit_number_i = flying[hit_at].hit.number;
       }
       bench_->hit_valid_i = offers_hit;
-      offers_fill = !reads.empty() && random_.below(100) < traffic.fill && !holds(traffic, clock, 2);
-      bench_->fill_valid_i = offers_fill;
-      if (offers_fill) fill(reads.front().first);
+      const std::size_t reader = reads[0].empty() || (!reads[1].empty() && random_.chance(2)) ? 1 : 0;
+      offers_fill = !reads[reader].empty() && random_.below(100) < traffic.fill && !holds(traffic, clock, 2);
+      bench_->fill_valid_i = static_cast<std::uint8_t>(offers_fill ? 1u << reader : 0u);
+      if (offers_fill) fill(reads[reader].front().first, reader);
       bench_.settle();
       const bool ray = bench_->ray_valid_o && bench_->ray_ready_i, hit = offers_hit && bench_->hit_ready_o;
       if (ray) {
         const std::uint32_t tag = bench_->ray_tag_o, pixel = tag & ((1u << contract::kFramePixelsLog2) - 1);
-        const std::size_t sample = made[pixel]++;
-        ASSERT_LT(rays, order.size());
-        ASSERT_EQ(pixel, order[rays]) << "seed " << test_seed();
-        ++rays;
-        ASSERT_LT(sample, expected[pixel].size()) << "a ray too many, pixel " << pixel << ", seed " << test_seed();
-        const auto& [record, result] = expected[pixel][sample];
+        contract::RayRecord got;
         for (std::size_t a = 0; a < 3; ++a) {
-          ASSERT_EQ(static_cast<std::int32_t>(bench_->ray_origin_o[a]), record.origin[a])
-              << "pixel " << pixel << " axis " << a << ", seed " << test_seed();
-          ASSERT_EQ(static_cast<std::int32_t>(bench_->ray_direction_o[a]), record.direction[a])
-              << "pixel " << pixel << ", seed " << test_seed();
+          got.origin[a] = static_cast<std::int32_t>(bench_->ray_origin_o[a]);
+          got.direction[a] = static_cast<std::int32_t>(bench_->ray_direction_o[a]);
         }
-        ASSERT_EQ(bench_->ray_t_max_o, record.t_max);
-        ASSERT_FALSE(bench_->ray_odd_o);
-        flying.push_back({tag, result});
+        got.t_max = bench_->ray_t_max_o;
+        got.any = bench_->ray_any_o;
+        const auto same = [&](const Traced& one) {
+          return one.first.origin == got.origin && one.first.direction == got.direction &&
+                 one.first.t_max == got.t_max && one.first.any == got.any;
+        };
+        ASSERT_FALSE(bench_->ray_error_o);
+        if (got.any != 0) {
+          const auto found = std::ranges::find_if(towards, same);
+          ASSERT_NE(found, towards.end()) << "a ray that nobody wants, pixel " << pixel << ", seed " << test_seed();
+          flying.push_back({tag, found->second});
+          towards.erase(found);
+        } else {
+          const std::size_t sample = made[pixel]++;
+          ASSERT_LT(rays, order.size());
+          ASSERT_EQ(pixel, order[rays]) << "seed " << test_seed();
+          ++rays;
+          ASSERT_LT(sample, expected[pixel].size()) << "a ray too many, pixel " << pixel << ", seed " << test_seed();
+          ASSERT_TRUE(same(expected[pixel][sample])) << "pixel " << pixel << ", seed " << test_seed();
+          flying.push_back({tag, expected[pixel][sample].second});
+        }
       }
-      if (bench_->fetch_valid_o && bench_->fetch_ready_i) {
-        ASSERT_EQ(bench_->fetch_addr_o % kGranule<Model>, 0u);
-        ASSERT_EQ((bench_->fetch_len_o + 1u) * kBusBytes<Model>, kGranule<Model>);
-        reads.emplace_back(bench_->fetch_addr_o, bench_->fetch_len_o + 1u);
+      for (std::size_t r = 0; r < 2; ++r) {
+        if ((bench_->fetch_valid_o >> r & 1) == 0 || !bench_->fetch_ready_i) continue;
+        const unsigned bytes = r == 0 ? kGranule<Model> : std::max(kGranule<Model>, 16u);
+        ASSERT_EQ(bench_->fetch_addr_o[r] % bytes, 0u);
+        ASSERT_EQ((bench_->fetch_len_o[r] + 1u) * kBusBytes<Model>, bytes);
+        reads[r].emplace_back(bench_->fetch_addr_o[r], bench_->fetch_len_o[r] + 1u);
       }
       if (bench_->pixel_valid_o && bench_->pixel_ready_i) {
         const std::uint32_t pixel = bench_->pixel_tag_o;
@@ -193,15 +251,16 @@ class Pixels : public testing::Test {
         offers_hit = false;
       }
       if (offers_fill) {
-        reads.front().first += kBusBytes<Model>;
-        if (--reads.front().second == 0) reads.pop_front();
+        reads[reader].front().first += kBusBytes<Model>;
+        if (--reads[reader].front().second == 0) reads[reader].pop_front();
       }
       started = true;
       if (over) break;
     }
     EXPECT_EQ(finished, count) << "seed " << test_seed();
     EXPECT_EQ(rays, traced);
-    EXPECT_TRUE(reads.empty());
+    EXPECT_TRUE(towards.empty());
+    EXPECT_TRUE(reads[0].empty() && reads[1].empty());
     // A material that cannot be read is reported once for all samples in a row that want it.
     if (broken_) {
       EXPECT_LE(unknown, totals.unknown);
@@ -220,14 +279,11 @@ class Pixels : public testing::Test {
     EXPECT_EQ(differ, 0u);
   }
 
-  void fill(std::uint64_t address) {
+  void fill(std::uint64_t address, std::size_t reader) {
     std::array<std::uint64_t, 2> words{};
     for (unsigned i = 0; i < kBusBytes<Model> / 8; ++i) {
       const std::uint64_t at = (address - kBase) / 8 + i;  // granules may begin before, or end behind
-      if (at < materials_.size())
-        materials_[at].pack(&words[i]);
-      else
-        words[i] = random_.bits();
+      words[i] = at < table_.size() ? (reader == 0 ? materials_ : table_).words[at] : random_.bits();
     }
     if constexpr (kBusBytes<Model> == 16) {
       for (unsigned i = 0; i < 4; ++i)
@@ -236,14 +292,17 @@ class Pixels : public testing::Test {
       bench_->fill_data_i = words[0];
     }
     // Of several beats only the first: it has to be remembered.
+    const std::uint64_t first =
+        kBase + (reader == 0 ? kBroken * contract::kMaterialBytes : kBrokenPlaced * contract::kInstanceShadeBytes);
     bench_->fill_error_i =
-        broken_ && address >= kBase + kBroken * contract::kMaterialBytes && address % kGranule<Model> == 0;
+        broken_ && address >= first && address % std::max(kGranule<Model>, reader == 0 ? 8u : 16u) == 0;
   }
 
   Random random_;
   Clocked<Model> bench_;
-  std::vector<contract::MaterialRecord> materials_;
-  std::uint32_t last_id_ = 0;
+  ShadeTable table_, materials_;  // the table, and what reads of materials see of it
+  std::uint32_t last_id_ = 0, last_number_ = 0;
+  std::size_t shadow_rays_ = 0, shadows_ = 0;
   bool broken_ = false;  // materials kBroken and up cannot be read
 };
 
@@ -267,10 +326,15 @@ TYPED_TEST(Pixels, FramesAreTheGoldenModels) {
       // More pixels than slots now and then.
       auto frame = random_frame(this->random_, i % 6 == 5 ? 40 : 12);
       if (i % 6 == 5) frame.width = frame.height = 36;
+      if (i % 6 == 3) frame.light[this->random_.below(3)] = -4096;
+      if (i % 6 == 4) frame.light = {};
+      if (i % 3 == 0) frame.kind = contract::kPixelColour, frame.shadows = 1;
       this->run(camera, frame, box, traffic);
       if (this->HasFailure()) return;
     }
   }
+  EXPECT_GT(this->shadow_rays_, 300u);
+  EXPECT_GT(this->shadows_, 100u);
 }
 
 // Answers with errors: what cannot be read looks like the background, and is reported; what comes after it is as good as ever.

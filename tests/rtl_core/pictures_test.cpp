@@ -1,14 +1,15 @@
-// Pictures made by the core from a camera: whole frames equal to the kernels' in every byte (which equal the golden model, tests/csim/pixels_test.cpp), in two
+// Pictures made by the core from a camera, of scenes of one level and with instances: whole frames equal to the kernels' in every byte (which equal the golden model, tests/csim/pixels_test.cpp), in two
 // buffers by turns; rays in memory before and after; whatever the registers hold, a run ends and the next one is good. Seeds: RETRACE_SEED.
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <memory>
 
 #include "golden/engine/stages/shade.hpp"
 #include "golden/render/chip_frame.hpp"
-#include "golden/tree/kd_builder.hpp"
+#include "golden/tree/traced_scene.hpp"
 #include "rtl/shell/rt_regs.h"
 #include "testbench/csim/csim_pixels.hpp"
 #include "testbench/kit/test_pixels.hpp"
@@ -24,13 +25,15 @@ using cosim::CoreDriver;
 using cosim::CoreMode;
 using cosim::SimulatedDevice;
 
-constexpr const char* kConfiguration = "chip";
 constexpr std::size_t kMost = 64 * 64 * 2;  // words of a frame buffer of these tests
 
-bool is_built() {
-  const auto& built = cosim::core_configurations();
-  return std::find(built.begin(), built.end(), kConfiguration) != built.end();
-}
+/// A configuration, and scenes that it draws; those of saarcor are instances.
+struct Chip {
+  const char* configuration;
+  std::array<const char*, 2> scenes;
+  bool two_levels;
+};
+constexpr Chip kChips[] = {{"chip", {"knot", "room:detail=0.1"}, false}, {"saarcor", {"field:count=60", "knot"}, true}};
 
 struct ChipScene {
   Scene scene;
@@ -38,36 +41,42 @@ struct ChipScene {
   GridScene grid;
   MemoryImage image;
   ViewCamera view;
-  std::vector<contract::MaterialRecord> materials;
+  ShadeTable table;
 
-  explicit ChipScene(const std::string& name)
-      : scene(open_scene(name)), world(flatten(scene)), grid(snap(world, kChipReach)) {
-    image = build_kd(grid);
+  ChipScene(const std::string& name, bool two_levels) {
+    TracedScene traced = snap_scene(open_scene(name), two_levels ? TwoLevels::kAuto : TwoLevels::kOff, kChipReach);
+    scene = std::move(traced.scene);
+    world = std::move(traced.world);
+    grid = std::move(traced.grid);
+    image = build_image(grid);
     view = default_view(scene, world);
-    materials = chip_materials(Surfaces(scene, world, grid));
+    table = chip_shading(Surfaces(scene, world, grid));
   }
 };
 
-const ChipScene& chip_scene(const std::string& name) {
-  static std::map<std::string, std::unique_ptr<ChipScene>> cache;
-  auto& scene = cache[name];
-  if (!scene) scene = std::make_unique<ChipScene>(name);
+const ChipScene& chip_scene(const std::string& name, bool two_levels) {
+  static std::map<std::pair<std::string, bool>, std::unique_ptr<ChipScene>> cache;
+  auto& scene = cache[{name, two_levels}];
+  if (!scene) scene = std::make_unique<ChipScene>(name, two_levels);
   return *scene;
 }
 
-class RtlPictures : public testing::Test {
+class RtlPictures : public testing::TestWithParam<Chip> {
  protected:
   void SetUp() override {
-    if (!is_built()) GTEST_SKIP() << "RETRACE_RTL_CONFIGS leaves out " << kConfiguration;
+    const auto& built = cosim::core_configurations();
+    if (std::find(built.begin(), built.end(), GetParam().configuration) == built.end())
+      GTEST_SKIP() << "RETRACE_RTL_CONFIGS leaves out " << GetParam().configuration;
   }
 
   void make(const std::string& name, const cosim::MemoryOptions& memory) {
-    scene_ = &chip_scene(name);
-    device_ = std::make_unique<SimulatedDevice>(SimulatedDevice::Options{kConfiguration, memory, "", test_seed()});
+    scene_ = &chip_scene(name, GetParam().two_levels);
+    device_ =
+        std::make_unique<SimulatedDevice>(SimulatedDevice::Options{GetParam().configuration, memory, "", test_seed()});
     driver_ = std::make_unique<CoreDriver>(*device_);
     ASSERT_TRUE(driver_->identity().pixels);
-    driver_->load_pictures(scene_->image.words(), material_words(scene_->materials), 4 * kMost);
-    csim_ = make_csim_pixels(scene_->image.words(), scene_->materials);
+    driver_->load_pictures(scene_->image.words(), scene_->table, 4 * kMost);
+    csim_ = make_csim_pixels(scene_->image.words(), scene_->table);
   }
   contract::CameraRecord camera(int width, int height) const {
     return chip_camera(scene_->view, scene_->grid, width, height);
@@ -115,10 +124,11 @@ class RtlPictures : public testing::Test {
   std::unique_ptr<PixelEngine> csim_;
 };
 
-TEST_F(RtlPictures, FramesAreTheKernelsInEveryByte) {
-  for (const char* name : {"knot", "room:detail=0.1"}) {
+TEST_P(RtlPictures, FramesAreTheKernelsInEveryByte) {
+  for (const char* name : GetParam().scenes) {
     SCOPED_TRACE(name);
     make(name, {});
+    EXPECT_EQ(scene_->image.two_levels(), GetParam().two_levels && name == GetParam().scenes[0]);
     draw(camera(48, 36), chip_frame(scene_->view, {.width = 48, .height = 36}));
     for (const int kind : {contract::kPixelDepth, contract::kPixelId, contract::kPixelHit}) {
       SCOPED_TRACE(kind);
@@ -128,12 +138,16 @@ TEST_F(RtlPictures, FramesAreTheKernelsInEveryByte) {
     draw(camera(24, 16), chip_frame(scene_->view, {.width = 24, .height = 16, .samples = 4}));
     draw(camera(16, 24), chip_frame(scene_->view, {.width = 16, .height = 24, .samples = 2}),
          {.parent_links = true, .mailbox = true});
+    draw(camera(40, 30), chip_frame(scene_->view, {.width = 40, .height = 30, .shadows = true}));
+    EXPECT_GT(csim_->totals().shadow_rays, 100u);
+    draw(camera(20, 14), chip_frame(scene_->view, {.width = 20, .height = 14, .samples = 4, .shadows = true}),
+         {.mailbox = true});
     if (HasFailure()) return;
   }
 }
 
-TEST_F(RtlPictures, HostileMemoryAndFrames) {
-  make("knot", hostile_memory(test_seed()));
+TEST_P(RtlPictures, HostileMemoryAndFrames) {
+  make(GetParam().scenes[0], hostile_memory(test_seed()));
   Random random(test_seed());
   for (int i = 0; i < 24; ++i) {
     SCOPED_TRACE(i);
@@ -147,9 +161,9 @@ TEST_F(RtlPictures, HostileMemoryAndFrames) {
 }
 
 // Rays in memory and pictures in turn, on one core.
-TEST_F(RtlPictures, RaysInMemoryBetweenPictures) {
-  make("knot", hostile_memory(test_seed()));
-  const auto frame = chip_frame(scene_->view, {.width = 20, .height = 15});
+TEST_P(RtlPictures, RaysInMemoryBetweenPictures) {
+  make(GetParam().scenes[0], hostile_memory(test_seed()));
+  const auto frame = chip_frame(scene_->view, {.width = 20, .height = 15, .shadows = true});
   std::vector<GridRay> rays;
   for (int y = 0; y < 12; ++y)
     for (int x = 0; x < 16; ++x)
@@ -159,7 +173,7 @@ TEST_F(RtlPictures, RaysInMemoryBetweenPictures) {
   ASSERT_GT(rays.size(), 20u);
   const auto expected = csim_hits(scene_->image.words(), rays, {});
   for (int turn = 0; turn < 3; ++turn) {
-    driver_->load_pictures(scene_->image.words(), material_words(scene_->materials), 4 * kMost);
+    driver_->load_pictures(scene_->image.words(), scene_->table, 4 * kMost);
     draw(camera(20, 15), frame);
     const int front = driver_->status().front;
     driver_->load_at(scene_->image.words(), rays.size(), {.hits = 16u * static_cast<unsigned>(turn)});
@@ -173,8 +187,8 @@ TEST_F(RtlPictures, RaysInMemoryBetweenPictures) {
   }
 }
 
-TEST_F(RtlPictures, FramesThatCannotBeDrawn) {
-  make("knot", {});
+TEST_P(RtlPictures, FramesThatCannotBeDrawn) {
+  make(GetParam().scenes[0], {});
   const auto eye = camera(16, 12);
   const auto good = chip_frame(scene_->view, {.width = 16, .height = 12});
   std::vector<contract::FrameRecord> bad(7, good);
@@ -202,8 +216,8 @@ TEST_F(RtlPictures, FramesThatCannotBeDrawn) {
 }
 
 // Addresses outside of the memory: sticky faults, an end, and the next picture is good.
-TEST_F(RtlPictures, BuffersAndMaterialsOutsideMemory) {
-  make("knot", {});
+TEST_P(RtlPictures, BuffersAndMaterialsOutsideMemory) {
+  make(GetParam().scenes[0], {});
   const auto eye = camera(16, 12);
   const auto frame = chip_frame(scene_->view, {.width = 16, .height = 12});
   const auto write = [&](std::uint32_t offset, std::uint32_t value) { device_->write_register(offset, value); };
@@ -230,11 +244,11 @@ TEST_F(RtlPictures, BuffersAndMaterialsOutsideMemory) {
 }
 
 // Registers of a picture while it is drawn: answered, ignored. A soft reset at any moment; the next picture is whole.
-TEST_F(RtlPictures, WritesWhileBusyAndSoftResets) {
-  make("knot", hostile_memory(test_seed()));
+TEST_P(RtlPictures, WritesWhileBusyAndSoftResets) {
+  make(GetParam().scenes[0], hostile_memory(test_seed()));
   Random random(test_seed());
   const auto eye = camera(16, 12);
-  const auto frame = chip_frame(scene_->view, {.width = 16, .height = 12, .samples = 4});
+  const auto frame = chip_frame(scene_->view, {.width = 16, .height = 12, .samples = 4, .shadows = true});
   const auto expected = csim_->draw(eye, frame, {});
   driver_->start_picture(eye, frame, {});
   for (std::uint32_t offset = offsetof(rt_regs_t, pictures); offset < offsetof(rt_regs_t, counters); offset += 4)
@@ -254,5 +268,8 @@ TEST_F(RtlPictures, WritesWhileBusyAndSoftResets) {
     if (HasFailure()) return;
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Chips, RtlPictures, testing::ValuesIn(kChips),
+                         [](const auto& info) { return std::string(info.param.configuration); });
 
 }  // namespace

@@ -6,7 +6,7 @@
 namespace retrace::cosim {
 
 /// Who reads for a core, by the upper bits of ARID (rt_config_pkg::Source*).
-inline constexpr std::array<const char*, 7> kReadSources{"header", "leaf", "list", "triangle", "node", "ray", "material"};
+inline constexpr std::array<const char*, 8> kReadSources{"header", "leaf", "list", "triangle", "node", "ray", "material", "placed"};
 
 /// Configurations of rtl/targets/core.toml.
 inline constexpr std::array<const char*, 11> kShippedConfigurations{"small", "ecp5", "fast", "ecp5l1", "ecp5l2", "ecp5l6", "ecp5g64", "ecp5x128", "saarcor", "wide", "chip"};

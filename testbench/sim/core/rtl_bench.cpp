@@ -59,7 +59,7 @@ struct Arguments {
   ImageSize size;
   RtlOptions rtl;
   TraceOptions trace;
-  bool shadow = false, tiles = true;
+  bool shadow = false, tiles = true, two_level = false;
   std::pair<int, int> rows;
   int tile = 1;
   BuildOptions build;
@@ -73,7 +73,8 @@ int run(Arguments& arguments) {
   RtlOptions& options = arguments.rtl;
   options.ray_row = arguments.tiles ? static_cast<std::uint32_t>(width) : 0;
 
-  const auto [scene, world, grid, image] = prepare_scene(open_scene(arguments.scene), arguments.build);
+  const auto [scene, world, grid, image] =
+      prepare_scene(open_scene(arguments.scene), arguments.build, arguments.two_level ? TwoLevels::kOn : TwoLevels::kOff);
   const ViewCamera view = default_view(scene, world);
   std::vector<GridRay> rays;
   // tile = 1 is image order.
@@ -117,6 +118,11 @@ int run(Arguments& arguments) {
       per_ray(c.read_beats * bytes), per_ray(c.write_beats * bytes), rate(c.node_hits, c.node_misses),
       rate(c.leaf_hits, c.leaf_misses), rate(c.list_hits, c.list_misses), rate(c.triangle_hits, c.triangle_misses),
       double(c.context_clocks) / c.clocks);
+  if (arguments.two_level)
+    std::printf(
+        "  a ray: %.2f entries, %.2f of them passed by; clocks that entries found the stage full %.2f, stood at its "
+        "end %.2f\n",
+        per_ray(c.entries), per_ray(c.entry_passed), per_ray(c.entry_refused), per_ray(c.entry_blocked));
   std::printf("  bytes/ray by source:");
   const auto sources = rtl->read_bytes_by_source();
   for (std::size_t i = 0; i < sources.size(); ++i) std::printf(" %s %.1f", cosim::kReadSources[i], per_ray(sources[i]));
@@ -169,6 +175,7 @@ int main(int argc, char** argv) {
   app.add_option_function<std::uint64_t>("--seed", [&](std::uint64_t n) { a.rtl.seed = a.rtl.memory.seed = n; });
   app.add_option("--waves", a.rtl.waves, "FST of the run");
   app.add_option("--limit", a.rtl.clocks_per_ray, "Clocks a ray before it gives up");
+  app.add_flag("--two-level", a.two_level, "Instances stay instances");
   app.add_option("--shadow", a.shadow, "Any-hit rays from the primary hits to a lamp beside the camera");
   add_pair(app, "--rows", rows, '-', "Only these rows of the image");
   app.add_option("--walk", a.tiles, "How the core visits the image: tiles, rows")

@@ -146,12 +146,11 @@ EngineKind rtl_engine_kind() {
     rtl.memory = parse_memory(options->memory);
     return make_rtl_engine(image, rtl);
   };
-  kind.make_pixels = [options](const MemoryImage& image, std::span<const contract::MaterialRecord> materials,
-                               const std::string& argument) {
+  kind.make_pixels = [options](const MemoryImage& image, const ShadeTable& table, const std::string& argument) {
     RtlOptions rtl = options->rtl;
     if (!argument.empty()) rtl.configuration = argument;
     rtl.memory = parse_memory(options->memory);
-    return make_rtl_pixels(image.words(), materials, rtl);
+    return make_rtl_pixels(image.words(), table, rtl);
   };
   return kind;
 }

@@ -9,15 +9,17 @@ namespace {
 
 class RtlPixels final : public PixelEngine {
  public:
-  RtlPixels(std::span<const std::uint64_t> image, std::span<const contract::MaterialRecord> materials,
-            const RtlOptions& options)
+  RtlPixels(std::span<const std::uint64_t> image, const ShadeTable& table, const RtlOptions& options)
       : image_(image),
-        materials_(material_words(materials)),
+        table_(table),
         options_(options),
         device_({options.configuration, options.memory, options.waves, options.seed}),
         driver_(device_) {
     if (!driver_.identity().pixels)
       throw Error("rtl engine: configuration " + options.configuration + " makes no pictures by itself; chip does");
+    if (driver_.identity().levels < 2 && cosim::has_two_levels(image))
+      throw Error("rtl engine: configuration " + options.configuration +
+                  " reads images of one level; saarcor takes two");
   }
 
   std::vector<std::uint32_t> draw(const contract::CameraRecord& camera, const contract::FrameRecord& frame,
@@ -27,7 +29,7 @@ class RtlPixels final : public PixelEngine {
     const std::size_t pixels = std::size_t{golden::pixel_words(frame.kind)} * frame.width * frame.height;
     if (pixels > room_) {
       room_ = pixels;
-      driver_.load_pictures(image_, materials_, 4 * pixels);
+      driver_.load_pictures(image_, table_, 4 * pixels);
     }
     driver_.start_picture(camera, frame,
                           {.parent_links = options.way_up == WayUp::kParentLinks, .mailbox = options.mailbox != 0});
@@ -54,7 +56,7 @@ class RtlPixels final : public PixelEngine {
 
  private:
   std::span<const std::uint64_t> image_;
-  std::vector<std::uint64_t> materials_;
+  ShadeTable table_;
   RtlOptions options_;
   cosim::SimulatedDevice device_;
   cosim::CoreDriver driver_;
@@ -64,16 +66,9 @@ class RtlPixels final : public PixelEngine {
 
 }  // namespace
 
-std::vector<std::uint64_t> material_words(std::span<const contract::MaterialRecord> materials) {
-  std::vector<std::uint64_t> words(contract::MaterialRecord::kWords * materials.size());
-  for (std::size_t i = 0; i < materials.size(); ++i) materials[i].pack(&words[contract::MaterialRecord::kWords * i]);
-  return words;
-}
-
-std::unique_ptr<PixelEngine> make_rtl_pixels(std::span<const std::uint64_t> image_words,
-                                             std::span<const contract::MaterialRecord> materials,
+std::unique_ptr<PixelEngine> make_rtl_pixels(std::span<const std::uint64_t> image_words, const ShadeTable& table,
                                              const RtlOptions& options) {
-  return std::make_unique<RtlPixels>(image_words, materials, options);
+  return std::make_unique<RtlPixels>(image_words, table, options);
 }
 
 }  // namespace retrace

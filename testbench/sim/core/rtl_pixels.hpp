@@ -9,11 +9,7 @@
 namespace retrace {
 
 /// `image_words` outlives it. Throws Error if the configuration makes no pictures.
-std::unique_ptr<PixelEngine> make_rtl_pixels(std::span<const std::uint64_t> image_words,
-                                             std::span<const contract::MaterialRecord> materials,
+std::unique_ptr<PixelEngine> make_rtl_pixels(std::span<const std::uint64_t> image_words, const ShadeTable& table,
                                              const RtlOptions& options);
-
-/// Records as words of 64 bits.
-std::vector<std::uint64_t> material_words(std::span<const contract::MaterialRecord> materials);
 
 }  // namespace retrace

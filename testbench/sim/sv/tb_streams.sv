@@ -61,6 +61,7 @@ module tb_streams #(
   rt_core_pkg::read_request_t    read;
   rt_core_pkg::tagged_ray_t      ray;
   rt_core_pkg::tagged_hit_t      hit;
+  rt_contract_pkg::triangle_index_t number_unused;
   rt_config_pkg::counter_steps_t steps_unused;
   rt_contract_pkg::position_t [5:0] box_unused;
   logic                          rays_start, source_done, sink_done, ray_valid, ray_ready, hit_valid, hit_ready;
@@ -84,6 +85,7 @@ module tb_streams #(
       .hit_valid_o   (hit_valid),
       .hit_ready_i   (hit_ready),
       .hit_o         (hit),
+      .hit_number_o  (number_unused),
       .read_valid_o,
       .read_ready_i,
       .read_o        (read),
