@@ -234,7 +234,7 @@ struct OpEntry {
   std::uint32_t sources;
   OpKind kind;
 };
-inline constexpr std::array<OpEntry, 15> kOps{{
+inline constexpr std::array<OpEntry, 15> kOpTable{{
     {"nop", 0, 0, OpKind::None},
     {"mov", 1, 1, OpKind::Arithmetic},
     {"frac", 2, 1, OpKind::Arithmetic},
@@ -259,7 +259,7 @@ struct SecondEntry {
   Layout layout;
   std::uint32_t op;
 };
-inline constexpr std::array<SecondEntry, 15> kSeconds{{
+inline constexpr std::array<SecondEntry, 15> kSecondTable{{
     {"none", 0, Layout::None, 0},
     {"mov", 1, Layout::Arithmetic, 1},
     {"frac", 2, Layout::Arithmetic, 2},
@@ -281,7 +281,7 @@ struct ModifierEntry {
   std::string_view name;
   std::uint32_t code;
 };
-inline constexpr std::array<ModifierEntry, 4> kModifiers{{
+inline constexpr std::array<ModifierEntry, 4> kModifierTable{{
     {"", 0},
     {"sat", 1},
     {"rcp", 2},
@@ -293,7 +293,7 @@ struct RegisterEntry {
   std::uint32_t code;
   bool writable;
 };
-inline constexpr std::array<RegisterEntry, 67> kRegisters{{
+inline constexpr std::array<RegisterEntry, 67> kRegisterTable{{
     {"R0", 0, true},
     {"R1", 1, true},
     {"R2", 2, true},

@@ -155,13 +155,13 @@ def cpp_tables(isa):
         out.append("")
 
     out.append("enum class OpKind { None, Arithmetic, Dot, Store, Texture, Trace };")
-    table("OpEntry", "kOps", ["std::string_view name", "std::uint32_t code", "std::uint32_t sources", "OpKind kind"],
+    table("OpEntry", "kOpTable", ["std::string_view name", "std::uint32_t code", "std::uint32_t sources", "OpKind kind"],
           [[quoted(o["name"]), str(o["code"]), str(o["sources"]), "OpKind::" + camel(o["kind"])] for o in isa.ops])
     out.append("enum class Layout { None, %s };" % ", ".join(camel(n) for n in isa.payloads))
-    table("SecondEntry", "kSeconds", ["std::string_view name", "std::uint32_t code", "Layout layout", "std::uint32_t op"],
+    table("SecondEntry", "kSecondTable", ["std::string_view name", "std::uint32_t code", "Layout layout", "std::uint32_t op"],
           [[quoted(s["name"]), str(s["code"]), "Layout::" + camel(s["layout"]), str(next((o["code"] for o in isa.ops if o["name"] == s.get("op")), 0))] for s in isa.seconds])
-    table("ModifierEntry", "kModifiers", ["std::string_view name", "std::uint32_t code"], [[quoted(m["name"]), str(m["code"])] for m in isa.modifiers])
-    table("RegisterEntry", "kRegisters", ["std::string_view name", "std::uint32_t code", "bool writable"],
+    table("ModifierEntry", "kModifierTable", ["std::string_view name", "std::uint32_t code"], [[quoted(m["name"]), str(m["code"])] for m in isa.modifiers])
+    table("RegisterEntry", "kRegisterTable", ["std::string_view name", "std::uint32_t code", "bool writable"],
           [[quoted("R%d" % i), str(i), "true"] for i in range(isa.machine["registers"])] +
           [[quoted(r["name"]), str(r["code"]), str(r["writable"]).lower()] for r in isa.registers] +
           [[quoted("C%d" % i), str(64 + i), "false"] for i in range(isa.machine["constants"])])

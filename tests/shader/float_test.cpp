@@ -102,16 +102,11 @@ TEST_F(Float, no_root_is_too_close_to_half_way) {
     ASSERT_EQ(bits(hls::float_rsq(x)), golden::float_bits(root)) << std::hex << x << ", seed " << seed_;
     ASSERT_EQ(bits(hls::float_rcp(x)), golden::float_bits(golden::float_rcp(read(x))))
         << std::hex << x << ", seed " << seed_;
-    // (root - half a place)^2 x < 1 < (root + half a place)^2 x, in units of 2^-25: root in (1/2, 2), x in (1/2, 2).
+    // (root - half a place)^2 x < 1 < (root + half a place)^2 x, in units of 2^-26; a place is twice as wide from 1 up.
     const auto r = static_cast<std::uint64_t>(std::ldexp(static_cast<double>(root), 26));
-    const std::uint64_t half = root < 1 ? 2 : root > 1 ? 4 : 0;
-    const unsigned __int128 value = static_cast<unsigned __int128>(std::ldexp(static_cast<double>(read(x)), 24));
+    const auto value = static_cast<unsigned __int128>(std::ldexp(static_cast<double>(read(x)), 24));
     const unsigned __int128 one = static_cast<unsigned __int128>(1) << 76;
-    const unsigned __int128 low = r - half, high = r + half;
-    if (half == 0) {
-      ASSERT_EQ(value, static_cast<unsigned __int128>(1) << 24);
-      continue;
-    }
+    const unsigned __int128 low = r - (root > 1 ? 4 : 2), high = r + (root < 1 ? 2 : 4);
     ASSERT_LT(low * low * value, one) << std::hex << x << ", seed " << seed_;
     ASSERT_GT(high * high * value, one) << std::hex << x << ", seed " << seed_;
   }
