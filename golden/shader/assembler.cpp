@@ -153,7 +153,7 @@ Lanes lanes_read(const Operation& operation) {
   }
   if (operation.second == kSecondLoad || operation.second == kSecondLoad4x || operation.second == kSecondStore) {
     const auto code = decode_load(operation.payload).address;
-    const auto at = std::ranges::find(kAddresses, code, &AddressEntry::code);
+    const auto at = std::ranges::find(kAddressTable, code, &AddressEntry::code);
     lanes[at->register_] |= 1u << at->lane;
   }
   return lanes;
@@ -664,7 +664,7 @@ class Parser {
       lane = static_cast<int>(at);
       take();
     }
-    for (const AddressEntry& entry : kAddresses)
+    for (const AddressEntry& entry : kAddressTable)
       if (entry.register_ == code && entry.lane == lane) return entry.code;
     fail(token, "expected " + what + ", found '" + std::string(token.text) + "'");
   }
@@ -918,7 +918,7 @@ std::string condition_text(const Instruction& instruction) {
 }
 
 std::string address_text(const LoadPayload& payload) {
-  const auto at = std::ranges::find(kAddresses, payload.address, &AddressEntry::code);
+  const auto at = std::ranges::find(kAddressTable, payload.address, &AddressEntry::code);
   return std::string(register_of(at->register_)->name) + "." + kLanes[static_cast<std::size_t>(at->lane)] + ", " +
          std::to_string(payload.offset);
 }

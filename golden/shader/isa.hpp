@@ -393,7 +393,7 @@ struct AddressEntry {
   int lane;
   std::uint32_t code;
 };
-inline constexpr std::array<AddressEntry, 8> kAddresses{{
+inline constexpr std::array<AddressEntry, 8> kAddressTable{{
     {21, 0, 0},
     {21, 1, 1},
     {21, 2, 2},

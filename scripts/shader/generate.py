@@ -173,7 +173,7 @@ def cpp_tables(isa):
 
     table("AliasEntry", "kAliases", ["std::string_view name", "std::uint32_t register_", "int lane", "std::string_view note"],
           [[quoted(a["name"])] + of_component(a["means"]) + [quoted(a.get("note", ""))] for a in isa.aliases])
-    table("AddressEntry", "kAddresses", ["std::uint32_t register_", "int lane", "std::uint32_t code"],
+    table("AddressEntry", "kAddressTable", ["std::uint32_t register_", "int lane", "std::uint32_t code"],
           [of_component(a["name"]) + [str(a["code"])] for a in isa.addresses])
     table("SpellingEntry", "kSpellings", ["std::string_view name", "std::string_view means", "std::string_view note"],
           [[quoted(s["name"]), quoted(s["means"]), quoted(s.get("note", ""))] for s in isa.spellings])

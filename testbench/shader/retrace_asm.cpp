@@ -10,10 +10,10 @@
 namespace {
 
 std::string read_file(const std::string& path) {
+  if (std::filesystem::is_directory(path)) throw retrace::Error(path + ": cannot be read, it is a folder");
   std::ifstream file(path, std::ios::binary);
   std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  if (!file.is_open() || file.bad() || std::filesystem::is_directory(path))
-    throw retrace::Error(path + ": cannot be read");
+  if (!file.is_open() || file.bad()) throw retrace::Error(path + ": cannot be read");
   return text;
 }
 
