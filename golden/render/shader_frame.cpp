@@ -267,7 +267,11 @@ ShaderScene make_shader_scene(const ShaderProgram& program, const Surfaces& surf
     high[axis] = grid.box[2 * static_cast<unsigned>(axis) + 1] / kUnit;
   }
   const glm::dvec3 middle = (low + high) / 2.0;
-  c[14] = vector(middle, 0.3 * std::min({high.x - low.x, high.y - low.y, high.z - low.z}));
+  // Before the scene and to the right.
+  const double least = std::min({high.x - low.x, high.y - low.y, high.z - low.z});
+  const glm::dvec3 to_eye = grid.transform.to_grid(view.eye()) - middle;
+  const glm::dvec3 before = glm::length(to_eye) > 0 ? glm::normalize(to_eye) : -ahead;
+  c[14] = vector(middle + (glm::dvec3(view.world[0]) * 0.35 + before * 0.4) * least, 0.22 * least);
   c[15] = field.vector();
   c[15][3] = 0.5f;
 

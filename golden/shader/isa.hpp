@@ -426,7 +426,7 @@ struct StatusEntry {
   std::string_view name;
   std::uint32_t code;
 };
-inline constexpr std::array<StatusEntry, 8> kStatuses{{
+inline constexpr std::array<StatusEntry, 8> kStatusTable{{
     {"running", 0},
     {"done", 1},
     {"step_limit", 2},

@@ -177,7 +177,7 @@ def cpp_tables(isa):
           [of_component(a["name"]) + [str(a["code"])] for a in isa.addresses])
     table("SpellingEntry", "kSpellings", ["std::string_view name", "std::string_view means", "std::string_view note"],
           [[quoted(s["name"]), quoted(s["means"]), quoted(s.get("note", ""))] for s in isa.spellings])
-    table("StatusEntry", "kStatuses", ["std::string_view name", "std::uint32_t code"], [[quoted(s["name"]), str(s["code"])] for s in isa.statuses])
+    table("StatusEntry", "kStatusTable", ["std::string_view name", "std::uint32_t code"], [[quoted(s["name"]), str(s["code"])] for s in isa.statuses])
     return "\n".join(out + ["}  // namespace retrace::shader", ""])
 
 

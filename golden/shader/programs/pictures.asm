@@ -288,6 +288,8 @@ march:
 	add R10.y,R10.y,-C.y + jmp sky_end, y <0
 	add R10.x,R10.x,C9.w
 	mad R2.xyz,R10.x,R1,R0
+	add R9.x,R2.y,-C15.w             ; above all heights
+	+ jmp march, x >0
 	call height push 0
 	add R9.x,R2.y,-R8.w + jmp march, x >0
 	mov R11,R8.w                     ; there: slopes from two neighbours
