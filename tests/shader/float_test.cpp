@@ -5,10 +5,14 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cinttypes>
 
 #include "golden/shader/float.hpp"
+#include "hls/include/stream.hpp"
 #include "testbench/kit/float_vectors.hpp"
+
+extern "C" void float_top(hls::stream<ap_uint<256>>& in, hls::stream<ap_uint<64>>& out);
 
 namespace retrace {
 namespace {
@@ -69,6 +73,30 @@ TEST_F(Float, dot) {
         const float a[4]{read(x), read(y), read(z), read(x ^ z)}, b[4]{read(y), read(z), read(y), read(x)};
         return golden::float_bits(golden::float_dot(a, b));
       });
+}
+
+TEST_F(Float, top) {
+  ::hls::stream<ap_uint<256>> in;
+  ::hls::stream<ap_uint<64>> out;
+  for (int i = 0; i < 700; ++i) {
+    const std::uint32_t x = float_vector(random_), y = float_partner(random_, x), z = float_partner(random_, y),
+                        w = x ^ z;
+    const int operation = i % 7;
+    ap_uint<256> input = operation;
+    for (const std::uint32_t operand : {w, z, y, x}) {
+      input <<= 32;
+      input |= ap_uint<256>(operand);
+    }
+    in.write(input);
+    float_top(in, out);
+    const float a[4]{read(x), read(y), read(z), read(w)}, b[4]{read(y), read(z), read(w), read(x)};
+    const std::array<float, 7> expected{
+        golden::float_mul(a[0], a[1]), golden::float_add(a[0], a[1]), golden::float_mad(a[0], a[1], a[2]),
+        golden::float_dot(a, b),       golden::float_rcp(a[0]),       golden::float_rsq(a[0]),
+        golden::float_frac(a[0])};
+    ASSERT_EQ(out.read().to_uint64(), golden::float_bits(expected[static_cast<std::size_t>(operation)]))
+        << "operation " << operation << ", seed " << seed_;
+  }
 }
 
 TEST_F(Float, scale) {
