@@ -9,6 +9,7 @@
 #include "golden/base/options.hpp"
 #include "golden/engine/registry.hpp"
 #include "golden/gltf/gltf_loader.hpp"
+#include "golden/render/shader_frame.hpp"
 #include "testbench/program/commands.hpp"
 #include "testbench/program/progress.hpp"
 
@@ -100,6 +101,8 @@ void run_render(RenderArguments& a, const Common& common) {
                    : a.lights == "rig" ? LightChoice::kRig
                                        : LightChoice::kAuto;
   parse_exposure(a.exposure, 1.0);
+  if (is_shader_engine(a.engine)) return run_with_program(a, common);
+  if (!a.program.empty() || a.profile) throw UsageError("--program and --profile are for engine spu");
   check_options(a.engine, options.trace);
   if (common.two_levels == TwoLevels::kOn) check_instances(a.engine);
   check_aovs(a.aovs, a.engine);
@@ -202,6 +205,11 @@ void add_render(CLI::App& app, Program& program) {
       "--on-chip", a->on_chip,
       "The engine makes rays and pixels by itself, lit from the camera or, with --shadows, from above it: "
       "engine csim or rtl, --spp 1 (default), 2 or 4");
+  command
+      ->add_option("--program", a->program,
+                   "Of engine spu: " + shader_program_names() + ", or a file .asm (docs/shader.md)")
+      ->type_name("NAME");
+  command->add_flag("--profile", a->profile, "Print how often each instruction of the program was executed");
   const CLI::Option* const shadows =
       command->add_flag("--shadows,!--no-shadows", a->options.shadows,
                         "Shadow rays (on unless --no-shadows; with --on-chip off unless --shadows)");
@@ -279,6 +287,7 @@ void add_render(CLI::App& app, Program& program) {
   add_two_level(*command, program);
   add_common(*command, program);
   std::string footer = "Engines:\n" + engine_help() +
+                       "  spu        the shader unit's interpreter with --program; spu:ENGINE: rays by another engine\n"
                        "AOVs (each written as FILE.NAME.exr with the data and FILE.NAME.png to look at):\n";
   for (const Aov& aov : known_aovs()) {
     footer += "  " + std::string(aov.name) + std::string(10 - std::string(aov.name).size(), ' ') + aov.help + "\n";
@@ -289,6 +298,7 @@ void add_render(CLI::App& app, Program& program) {
       "  retrace render room.glb -o room.png --size 1280x720 --spp 16 --ao 4\n"
       "  retrace render room.glb -o room.png --engine csim --aov depth,steps,tests\n"
       "  retrace render room.glb -o room.exr --camera 0 --stats room.json\n"
+      "  retrace render knot -o glass.png --engine spu --program refraction\n"
       "  retrace make-scene creatures -o creatures.glb\n"
       "  retrace render carousel --two-level auto --engine csim -o carousel.png\n"
       "  retrace render creatures.glb -o creatures.png --animation --fps 25\n"

@@ -12,12 +12,13 @@ namespace retrace::cli {
 
 struct RenderArguments {
   std::string scene, output, engine = "golden", size = "640x480", camera, way_up = "face", exposure = "auto",
-                             lights = "auto", stats, color_map = "inferno";
+                             lights = "auto", stats, color_map = "inferno", program;
   std::vector<std::string> aovs;
   bool chose_walk = false;  ///< --way-up or --mailbox was given
   bool chose_spp = false;
   bool on_chip = false;
   bool chose_shadows = false;
+  bool profile = false;
   RenderOptions options;
 
   bool animation = false;
@@ -44,5 +45,10 @@ void run_animation(RenderArguments& a, const Common& common);
 
 /// The engine makes the picture itself. Arguments are checked as far as they are those of any picture.
 void run_on_chip(const RenderArguments& a, const Common& common);
+
+/// Whether `engine` is the shader unit, alone or with the engine of its rays: spu, spu:csim.
+bool is_shader_engine(const std::string& engine);
+/// A program of the shader unit makes the picture.
+void run_with_program(RenderArguments& a, const Common& common);
 
 }  // namespace retrace::cli
