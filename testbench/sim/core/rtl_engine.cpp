@@ -47,7 +47,7 @@ class Simulation final : public RtlEngine {
   cosim::CoreIdentity identity() const override { return driver_.identity(); }
   std::array<std::uint64_t, cosim::kReadSources.size()> read_bytes_by_source() const override {
     std::array<std::uint64_t, cosim::kReadSources.size()> bytes{};
-    for (std::uint32_t id = 0; id < 8 * bytes.size(); ++id) bytes[id >> 3] += device_.memory().read_bytes_of(id);
+    for (std::uint32_t id = 0; id < 8 * bytes.size(); ++id) bytes[id >> 3] += device_.bus_memory().read_bytes_of(id);
     return bytes;
   }
   void set_ray_row(std::uint32_t rays) override { options_.ray_row = rays; }
