@@ -86,21 +86,23 @@ void BoardDevice::refused(const Answer& answer) const {
 }
 
 void BoardDevice::check_memory() {
-  // A word of its own at the beginning, at each power of two and at the end.
-  std::vector<std::uint64_t> places{0, identity_.memory_bytes - 8};
+  // A word of its own at the beginning, at each power of two and at the end. What was there is put back, for a write that is resumed.
+  std::vector<std::uint64_t> places{0, identity_.memory_bytes - 8}, kept;
   for (std::uint64_t offset = 8; offset < identity_.memory_bytes; offset *= 2) places.push_back(offset);
   constexpr std::uint64_t kPattern = 0x9e3779b97f4a7c15;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const std::uint64_t word = (i + 1) * kPattern;
-    send_words(identity_.memory_base + places[i], {&word, 1});
-  }
-  for (std::size_t i = 0; i < places.size(); ++i) {
+  const auto look = [&](std::size_t i) {
     std::uint64_t word = 0;
     fetch_words(identity_.memory_base + places[i], {&word, 1});
-    if (word != (i + 1) * kPattern)
+    return word;
+  };
+  const auto put = [&](std::size_t i, std::uint64_t word) { send_words(identity_.memory_base + places[i], {&word, 1}); };
+  for (std::size_t i = 0; i < places.size(); ++i) kept.push_back(look(i));
+  for (std::size_t i = 0; i < places.size(); ++i) put(i, (i + 1) * kPattern);
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if (look(i) != (i + 1) * kPattern)
       fail("the board's memory does not answer: a word written at byte " + std::to_string(places[i]) + " of its " +
            std::to_string(identity_.memory_bytes) + " is not there");
-  }
+  for (std::size_t i = 0; i < places.size(); ++i) put(i, kept[i]);
 }
 
 bool BoardDevice::carry_out(const link::Request& request, std::size_t answer_bytes, bool divisible,

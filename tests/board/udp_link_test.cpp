@@ -191,7 +191,6 @@ TEST(UdpSession, DatagramsThatComeLateDoNothing) {
   second->write_memory(kBase, others);
   const auto before = link.server.carried_out();
   // Everything of the session before, its opening too.
-  std::vector<std::uint8_t> open{cosim::link::kOrderedRequest};
   for (const auto& datagram : late) link.server.answer(datagram);
   std::vector<std::uint8_t> opening{cosim::link::kOrderedRequest, 9, 0, late.front()[3], late.front()[4], 1};
   const std::uint32_t check = cosim::link::crc(opening);
@@ -200,6 +199,7 @@ TEST(UdpSession, DatagramsThatComeLateDoNothing) {
   EXPECT_EQ(link.server.carried_out(), before);
   EXPECT_EQ(link.bus.writes[16], 1u);
   EXPECT_EQ(link.bus.memory[0], 4u);
+  EXPECT_EQ(link.bus.memory[499], 4u);
   EXPECT_NO_THROW(second->read_register(0));
 }
 
@@ -208,6 +208,14 @@ TEST(UdpSession, BoardIsReset) {
   const auto device = link.connect();
   link.server.reset();
   expect_error([&] { device->read_register(0); }, "the board was reset, or another program uses it");
+}
+
+/// The trial of a large memory at the beginning of a session leaves what it holds.
+TEST(UdpSession, WhatTheMemoryHoldsStays) {
+  Link link;
+  for (std::size_t i = 0; i < link.bus.memory.size(); ++i) link.bus.memory[i] = 3 * i + 1;
+  link.connect();
+  for (std::size_t i = 0; i < link.bus.memory.size(); ++i) ASSERT_EQ(link.bus.memory[i], 3 * i + 1);
 }
 
 TEST(UdpSession, ALongWriteGoesOnWhereItWasBrokenOff) {
@@ -248,7 +256,7 @@ TEST(UdpErrors, WrongBoard) {
   with([](PlainBus&, LinkServer::Board& b) { b.id = 0x12345678; }, "what answers is no Retrace board");
   with([](PlainBus&, LinkServer::Board& b) { b.version = 0xd3; }, "the board speaks version 3 of the protocol, this program version 2");
   with([](PlainBus&, LinkServer::Board& b) { b.image_version = 9; }, "the board reads memory images of version 9");
-  with([](PlainBus&, LinkServer::Board& b) { b.most_frame = 10; }, "description makes no sense");
+  with([](PlainBus&, LinkServer::Board& b) { b.memory_base += 4; }, "description makes no sense");
   with([](PlainBus&, LinkServer::Board& b) { b.memory_state = cosim::link::kMemoryNotInitialised; }, "memory has not been initialised");
   with([](PlainBus&, LinkServer::Board& b) { b.memory_state = cosim::link::kMemoryFailed; }, "memory does not answer");
   with([](PlainBus& bus, LinkServer::Board&) { bus.deaf = true; }, "memory does not answer: a word written at byte 0");
