@@ -76,7 +76,8 @@ void BoardDevice::begin() {
 }
 
 std::size_t BoardDevice::most_load() const {
-  return std::min<std::size_t>(identity_.most_frame - link::kRequestHeader - link::Request::kMemoryHeader, 8 * kMostWords);
+  return std::min<std::size_t>(identity_.most_frame - link::kRequestHeader - link::Request::kMemoryHeader,
+                               8 * kMostWords);
 }
 
 void BoardDevice::fail(const std::string& what) const { throw Error(link_name() + ": " + what); }
@@ -95,7 +96,9 @@ void BoardDevice::check_memory() {
     fetch_words(identity_.memory_base + places[i], {&word, 1});
     return word;
   };
-  const auto put = [&](std::size_t i, std::uint64_t word) { send_words(identity_.memory_base + places[i], {&word, 1}); };
+  const auto put = [&](std::size_t i, std::uint64_t word) {
+    send_words(identity_.memory_base + places[i], {&word, 1});
+  };
   for (std::size_t i = 0; i < places.size(); ++i) kept.push_back(look(i));
   for (std::size_t i = 0; i < places.size(); ++i) put(i, (i + 1) * kPattern);
   for (std::size_t i = 0; i < places.size(); ++i)
@@ -125,8 +128,7 @@ void BoardDevice::flush() {
     std::size_t count = std::clamp<std::size_t>(budget() / link::Request::kRegWriteBytes, 1, writes_.size());
     for (std::size_t i = 0; i < count; ++i) {
       if (writes_[i].first != kControl) continue;
-      count =
-          count == writes_.size() && i + 1 == count && budget() >= kAtOnce ? count : std::max<std::size_t>(i, 1);
+      count = count == writes_.size() && i + 1 == count && budget() >= kAtOnce ? count : std::max<std::size_t>(i, 1);
       break;
     }
     const bool control = writes_[count - 1].first == kControl;
@@ -221,8 +223,8 @@ bool BoardDevice::holds(std::uint64_t address, std::span<const std::uint64_t> wo
   return memory_sum(address, words.size()) == sum_of(words);
 }
 
-std::size_t BoardDevice::next_write(std::uint64_t address, std::span<const std::uint64_t> words, std::size_t at, std::size_t most,
-                                    link::Request& request) {
+std::size_t BoardDevice::next_write(std::uint64_t address, std::span<const std::uint64_t> words, std::size_t at,
+                                    std::size_t most, link::Request& request) {
   const std::uint64_t to = address + 8 * at;
   std::size_t same = 1;
   while (at + same < words.size() && same < kMostWords && words[at + same] == words[at]) ++same;

@@ -78,8 +78,8 @@ class BoardDevice : public Device {
   [[noreturn]] void fail(const std::string& what) const;
   [[noreturn]] void refused(const Answer& answer) const;
   /// The request that begins at words[at] of what is to be written, no longer than `most` bytes, and the words it covers.
-  static std::size_t next_write(std::uint64_t address, std::span<const std::uint64_t> words, std::size_t at, std::size_t most,
-                                link::Request& request);
+  static std::size_t next_write(std::uint64_t address, std::span<const std::uint64_t> words, std::size_t at,
+                                std::size_t most, link::Request& request);
   static constexpr std::size_t kMostWords = 65535;  // of an operation's count
 
   LinkOptions options_;

@@ -50,7 +50,8 @@ class Board final : public BoardEngine {
              const TraceOptions& options) override {
     if (hits.size() != rays.size()) throw Error(name_ + " engine: sizes of rays and hits differ");
     if (!work.empty()) throw Error(name_ + " engine: the core counts work for the whole run, not for each ray");
-    if (options.way_up == WayUp::kStack) throw Error(name_ + " engine: the core has no stack; use parent or face links");
+    if (options.way_up == WayUp::kStack)
+      throw Error(name_ + " engine: the core has no stack; use parent or face links");
     if (options.mailbox != 0 && options.mailbox != driver_.identity().mail_entries)
       throw Error(name_ + " engine: the mailbox of the board's core has " +
                   std::to_string(driver_.identity().mail_entries) + " entries, or 0 to leave it off");
@@ -90,7 +91,8 @@ class Board final : public BoardEngine {
     if (status.image_fault != 0)
       throw Error(name_ + " engine: the core refuses the image (fault " + std::to_string(status.image_fault) + ")");
     if (status.write_fault)
-      throw Error(name_ + " engine: the board could not write the hit of ray " + std::to_string(status.write_fault_ray));
+      throw Error(name_ + " engine: the board could not write the hit of ray " +
+                  std::to_string(status.write_fault_ray));
     const cosim::CoreCounters counters = driver_.counters();
     if (counters.rays != batch.size())
       throw Error(name_ + " engine: the core has finished " + std::to_string(counters.rays) + " rays of " +
@@ -124,7 +126,8 @@ std::unique_ptr<BoardEngine> make_board_engine(const MemoryImage& image, std::un
 
 std::unique_ptr<BoardEngine> make_serial_engine(const MemoryImage& image, std::unique_ptr<cosim::SerialLine> line,
                                                 const BoardOptions& options) {
-  return make_board_engine(image, std::make_unique<cosim::SerialDevice>(std::move(line), options.link), options, "serial");
+  return make_board_engine(image, std::make_unique<cosim::SerialDevice>(std::move(line), options.link), options,
+                           "serial");
 }
 
 }  // namespace retrace

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "golden/engine/engine.hpp"
-#include "testbench/driver/core_driver.hpp"
 #include "testbench/driver/board_device.hpp"
+#include "testbench/driver/core_driver.hpp"
 #include "testbench/driver/serial_line.hpp"
 
 namespace retrace {

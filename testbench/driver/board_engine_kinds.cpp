@@ -75,8 +75,8 @@ EngineKind serial_engine_kind() {
 }
 
 EngineKind board_engine_kind() {
-  EngineKind kind =
-      kind_of("board", "a board; argument: the way to it, as in board:udp://10.99.0.50:2000, board:serial:/dev/ttyUSB0");
+  EngineKind kind = kind_of(
+      "board", "a board; argument: the way to it, as in board:udp://10.99.0.50:2000, board:serial:/dev/ttyUSB0");
   kind.add_options = [](CLI::App& command) {
     command.add_option("--link-window", options()->window.frames, "Frames in flight over UDP")
         ->capture_default_str()

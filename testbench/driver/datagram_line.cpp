@@ -72,8 +72,9 @@ class UdpLine final : public DatagramLine {
 
  private:
   [[noreturn]] void fail(int error) const {
-    throw Error("udp link: " + name_ + ": " +
-                (error == ECONNREFUSED ? "nobody listens there" : std::string("the link is down: ") + std::strerror(error)));
+    throw Error(
+        "udp link: " + name_ + ": " +
+        (error == ECONNREFUSED ? "nobody listens there" : std::string("the link is down: ") + std::strerror(error)));
   }
   std::string name_;
   int socket_ = -1;
@@ -96,8 +97,9 @@ UdpAddress parse_udp_address(const std::string& text) {
     if (status != std::errc() || stop != end) port = 0;
   }
   if (address.host.empty() || port < 1 || port > 65535)
-    throw UsageError("a board's address is udp://HOST:PORT with a port from 1 to 65535, as in udp://10.99.0.50:2000, not 'udp://" +
-                     text + "'");
+    throw UsageError(
+        "a board's address is udp://HOST:PORT with a port from 1 to 65535, as in udp://10.99.0.50:2000, not 'udp://" +
+        text + "'");
   return address;
 }
 

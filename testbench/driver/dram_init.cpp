@@ -29,17 +29,20 @@ class Levelling {
       for (std::uint32_t delay = 0; delay < facts_.delays; ++delay) {
         if (delay > 0) step(lane, facts_.delay_step);
         run = holds(lane) ? run + 1 : 0;
-        if (run >= kLeastWindow && (!best || run > best->last - best->first + 1)) best = LaneWindow{bitslip, delay + 1 - run, delay};
+        if (run >= kLeastWindow && (!best || run > best->last - best->first + 1))
+          best = LaneWindow{bitslip, delay + 1 - run, delay};
       }
     }
     if (!best)
-      throw Error("DRAM " + std::string(facts_.name) + ": read levelling finds no window for byte lane " + std::to_string(lane) + " among " +
-                  std::to_string(facts_.bitslips) + " bitslips and " + std::to_string(facts_.delays) + " delays");
+      throw Error("DRAM " + std::string(facts_.name) + ": read levelling finds no window for byte lane " +
+                  std::to_string(lane) + " among " + std::to_string(facts_.bitslips) + " bitslips and " +
+                  std::to_string(facts_.delays) + " delays");
     set(lane, *best);
     for (int i = 0; i < kChecks; ++i)
       if (!holds(lane))
-        throw Error("DRAM " + std::string(facts_.name) + ": read levelling of byte lane " + std::to_string(lane) + " does not hold at bitslip " +
-                    std::to_string(best->bitslip) + ", delay " + std::to_string(best->delay()));
+        throw Error("DRAM " + std::string(facts_.name) + ": read levelling of byte lane " + std::to_string(lane) +
+                    " does not hold at bitslip " + std::to_string(best->bitslip) + ", delay " +
+                    std::to_string(best->delay()));
     return *best;
   }
 
@@ -132,7 +135,8 @@ std::vector<LaneWindow> initialise_dram(const DramFacts& facts, DramControl& con
   std::vector<LaneWindow> windows;
   try {
     Levelling levelling(facts, control);
-    for (std::uint32_t lane = 0; facts.delays > 0 && lane < facts.lanes; ++lane) windows.push_back(levelling.lane(lane));
+    for (std::uint32_t lane = 0; facts.delays > 0 && lane < facts.lanes; ++lane)
+      windows.push_back(levelling.lane(lane));
   } catch (...) {
     control.write(facts.init_error, 1);
     throw;

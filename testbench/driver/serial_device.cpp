@@ -13,10 +13,10 @@ constexpr std::size_t kLeastBudget = 32;   // payload of the shortest frames: on
 constexpr std::size_t kFirstBudget = 256;  // before the line is known
 constexpr std::size_t kOverhead = 24;      // flags, header, check sequence, some escapes; both ways
 constexpr int kTriesOfDivisible = 2;
-constexpr double kLeastTimeout = 0.05;     // seconds; USB and scheduling
-constexpr double kMargin = 4;              // times what the line took for a byte, and memory for a word, so far
-constexpr double kClocksPerWord = 20;      // of a fill or a sum, before one has been timed
-constexpr double kLeastClockHz = 1e6;      // whatever the board says of itself
+constexpr double kLeastTimeout = 0.05;  // seconds; USB and scheduling
+constexpr double kMargin = 4;           // times what the line took for a byte, and memory for a word, so far
+constexpr double kClocksPerWord = 20;   // of a fill or a sum, before one has been timed
+constexpr double kLeastClockHz = 1e6;   // whatever the board says of itself
 
 }  // namespace
 

@@ -44,7 +44,8 @@ bool UdpDevice::carry_out(std::vector<Job>& jobs) {
   bool ever = false;
   std::size_t walked = 0;
   for (const Job& job : jobs) walked = std::max(walked, job.request.walked());
-  const double work = kClocksPerWord * static_cast<double>(walked) / std::max<double>(identity_.clock_hz, kLeastClockHz);
+  const double work =
+      kClocksPerWord * static_cast<double>(walked) / std::max<double>(identity_.clock_hz, kLeastClockHz);
   const auto timeout = [&] { return slack_ * (std::max(kLeastTimeout, kMargin * round_trip_) + kMargin * work); };
 
   /// Frames up to this one are carried out. Whose answer is lost is asked again, in a frame of its own.
@@ -92,7 +93,8 @@ bool UdpDevice::carry_out(std::vector<Job>& jobs) {
       if (line_->now() - heard > std::max(options_.patience, 2 * timeout()))
         fail(ever || !unknown() ? "the board does not answer any more" : "nothing answers");
       if (++tries >= options_.most_tries)
-        fail("no whole answer in " + std::to_string(tries) + " tries; the link loses too much, or there is no Retrace board");
+        fail("no whole answer in " + std::to_string(tries) +
+             " tries; the link loses too much, or there is no Retrace board");
       again();
       continue;
     }
@@ -110,8 +112,10 @@ bool UdpDevice::carry_out(std::vector<Job>& jobs) {
     const auto status = static_cast<link::Status>(b[5]);
     if (status == link::Status::kDamaged) continue;  // of which frame is not known
     if (link::get(b, 3, 2) != session_) continue;
-    const auto sequence = static_cast<std::uint16_t>(link::get(b, 1, 2)), position = static_cast<std::uint16_t>(link::get(b, 6, 2));
-    const auto found = std::find_if(flights.begin(), flights.end(), [&](const Flight& f) { return f.sequence == sequence; });
+    const auto sequence = static_cast<std::uint16_t>(link::get(b, 1, 2)),
+               position = static_cast<std::uint16_t>(link::get(b, 6, 2));
+    const auto found =
+        std::find_if(flights.begin(), flights.end(), [&](const Flight& f) { return f.sequence == sequence; });
     if (found == flights.end()) continue;  // answered before
     if (status == link::Status::kOrder) {
       // Up to `position` all is carried out, whatever has been heard of it.
@@ -122,13 +126,15 @@ bool UdpDevice::carry_out(std::vector<Job>& jobs) {
         again();
       continue;
     }
-    if (!found->repeated) round_trip_ = 0.875 * round_trip_ + 0.125 * std::max(0.0, line_->now() - found->first_sent - work);
+    if (!found->repeated)
+      round_trip_ = 0.875 * round_trip_ + 0.125 * std::max(0.0, line_->now() - found->first_sent - work);
     Answer& answer = jobs[found->job].answer;
     answer.status = status;
     answer.position = position;
     answer.data.assign(b.begin() + link::kResponseHeader, b.end() - link::kCrcBytes);
     if (status != link::Status::kOk) {
-      sequence_ = static_cast<std::uint16_t>(sequence - 1);  // a frame that fails does not count, nor do those behind it
+      sequence_ =
+          static_cast<std::uint16_t>(sequence - 1);  // a frame that fails does not count, nor do those behind it
       return false;
     }
     if (answer.data.size() != jobs[found->job].answer_bytes)

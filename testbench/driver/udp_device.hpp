@@ -14,8 +14,8 @@
 namespace retrace::cosim {
 
 struct WindowOptions {
-  std::size_t frames = 16;      ///< in flight at most
-  std::size_t payload = 1408;   ///< bytes of a request's or an answer's words: a datagram that no network cuts
+  std::size_t frames = 16;     ///< in flight at most
+  std::size_t payload = 1408;  ///< bytes of a request's or an answer's words: a datagram that no network cuts
 };
 
 class UdpDevice final : public BoardDevice {

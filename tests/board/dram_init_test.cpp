@@ -19,7 +19,7 @@ using namespace retrace::cosim;
 struct Lane {
   std::uint32_t bitslip = 0, first = 0, last = 0;
   unsigned ragged = 0;
-  bool burst = true;  ///< the PHY sees the strobes
+  bool burst = true;    ///< the PHY sees the strobes
   int dies_after = -1;  ///< good reads, then never again
 };
 
@@ -70,7 +70,8 @@ class Model final : public DramControl {
     if (command == 0x7) {
       if (!open_ || p != facts_.write_phase) fault = "a write without a row or in another phase";
       for (std::uint32_t q = 0; q < facts_.phases; ++q)
-        for (std::uint32_t i = 0; i < facts_.phase[q].data_words; ++i) stored_[q * 4 + i] = registers_[facts_.phase[q].write_data + 4 * i];
+        for (std::uint32_t i = 0; i < facts_.phase[q].data_words; ++i)
+          stored_[q * 4 + i] = registers_[facts_.phase[q].write_data + 4 * i];
     }
     if (command == 0x5) answer(p);
   }

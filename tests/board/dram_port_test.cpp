@@ -25,14 +25,14 @@ constexpr std::uint32_t kOkay = 0, kSlaveError = 2, kDecodeError = 3;
 constexpr int kPatience = 64;
 
 struct Traffic {
-  unsigned ready_percent = 100;    ///< of the controller, for a command
-  unsigned answer_percent = 100;   ///< of the controller, for a word that could be answered
-  unsigned stall_percent = 0;      ///< of each channel of the master
-  std::uint64_t ids = 8;           ///< few ids: many reads of one id
+  unsigned ready_percent = 100;   ///< of the controller, for a command
+  unsigned answer_percent = 100;  ///< of the controller, for a word that could be answered
+  unsigned stall_percent = 0;     ///< of each channel of the master
+  std::uint64_t ids = 8;          ///< few ids: many reads of one id
   unsigned write_percent = 40;
-  unsigned bad_percent = 5;        ///< bursts that have to be refused
-  std::uint64_t span = kBytes;     ///< addresses are in the first bytes of the memory
-  bool ready_late = false;         ///< the controller is initialised in the middle of the run
+  unsigned bad_percent = 5;     ///< bursts that have to be refused
+  std::uint64_t span = kBytes;  ///< addresses are in the first bytes of the memory
+  bool ready_late = false;      ///< the controller is initialised in the middle of the run
 };
 
 /// The controller behind the native ports. Commands take effect in the order in which they are accepted.
@@ -133,7 +133,9 @@ class Controller {
     std::memcpy(&address, bytes(m.read_addr_o) + 4 * port, sizeof address);
     return address;
   }
-  static bool valid(const Model& m, unsigned i) { return i == kPorts ? m.write_valid_o : (m.read_valid_o >> i & 1) != 0; }
+  static bool valid(const Model& m, unsigned i) {
+    return i == kPorts ? m.write_valid_o : (m.read_valid_o >> i & 1) != 0;
+  }
   static unsigned bank(const Model& m, unsigned i) {
     const std::uint64_t word = i == kPorts ? m.write_addr_o : read_address(m, i);
     return static_cast<unsigned>(word * kWordBytes >> kBankShift) % kPorts;
@@ -296,7 +298,8 @@ class Master {
     if (random_.below(100) >= traffic_.bad_percent) return b;
     switch (random_.below(4)) {
       case 0:
-        b.address = random_.chance(2) ? kBase + kBytes + kBeat * random_.below(1u << 20) : kBeat * random_.below(kBase / kBeat);
+        b.address =
+            random_.chance(2) ? kBase + kBytes + kBeat * random_.below(1u << 20) : kBeat * random_.below(kBase / kBeat);
         break;
       case 1:
         b.size = static_cast<std::uint32_t>(random_.below(3));
@@ -525,7 +528,8 @@ TYPED_TEST(DramPort, NobodyStarves) {
         master.send_read(m, this->bench.clock(), {kBase + kRow - 8 * kBeat + 3 * kRow, 16}, kCrossing);
         crossing_since = clock;
       } else {
-        master.send_read(m, this->bench.clock(), {kBase + 128 * (asked++ % 2), 16}, static_cast<std::uint32_t>(asked % 64));
+        master.send_read(m, this->bench.clock(), {kBase + 128 * (asked++ % 2), 16},
+                         static_cast<std::uint32_t>(asked % 64));
       }
     }
     if (clock % 1000 == 0 && !m.aw_valid) master.send_write(m, this->bench.clock(), {kBase + 64, 8});

@@ -167,7 +167,8 @@ TEST_P(UdpLink, EachRegisterIsWrittenOnce) {
 
 INSTANTIATE_TEST_SUITE_P(Noise, UdpLink,
                          testing::Values(NoiseOptions{}, NoiseOptions{5, 5, 5, 1}, NoiseOptions{0, 0, 40, 0},
-                                         NoiseOptions{30, 0, 0, 0}, NoiseOptions{0, 50, 20, 0}, NoiseOptions{10, 10, 10, 20}),
+                                         NoiseOptions{30, 0, 0, 0}, NoiseOptions{0, 50, 20, 0},
+                                         NoiseOptions{10, 10, 10, 20}),
                          [](const auto& info) { return "N" + std::to_string(info.index); });
 
 TEST(UdpSession, TwoHosts) {
@@ -254,13 +255,16 @@ TEST(UdpErrors, WrongBoard) {
     expect_error([&] { UdpDevice(std::make_unique<NoisyLine>(server, 1, NoiseOptions{}), {}); }, part);
   };
   with([](PlainBus&, LinkServer::Board& b) { b.id = 0x12345678; }, "what answers is no Retrace board");
-  with([](PlainBus&, LinkServer::Board& b) { b.version = 0xd3; }, "the board speaks version 3 of the protocol, this program version 2");
+  with([](PlainBus&, LinkServer::Board& b) { b.version = 0xd3; },
+       "the board speaks version 3 of the protocol, this program version 2");
   with([](PlainBus&, LinkServer::Board& b) { b.image_version = 9; }, "the board reads memory images of version 9");
   with([](PlainBus&, LinkServer::Board& b) { b.memory_base += 4; }, "description makes no sense");
-  with([](PlainBus&, LinkServer::Board& b) { b.memory_state = cosim::link::kMemoryNotInitialised; }, "memory has not been initialised");
+  with([](PlainBus&, LinkServer::Board& b) { b.memory_state = cosim::link::kMemoryNotInitialised; },
+       "memory has not been initialised");
   with([](PlainBus&, LinkServer::Board& b) { b.memory_state = cosim::link::kMemoryFailed; }, "memory does not answer");
   with([](PlainBus& bus, LinkServer::Board&) { bus.deaf = true; }, "memory does not answer: a word written at byte 0");
-  with([](PlainBus& bus, LinkServer::Board&) { bus.wraps = 1 << 16; }, "memory does not answer: a word written at byte");
+  with([](PlainBus& bus, LinkServer::Board&) { bus.wraps = 1 << 16; },
+       "memory does not answer: a word written at byte");
   with([](PlainBus&, LinkServer::Board& b) { b.memory_bytes *= 2; }, "the bus answered with an error");
 }
 TEST(UdpErrors, AnImageLargerThanTheMemory) {
@@ -279,7 +283,9 @@ TEST(UdpErrors, HostileAnswers) {
       now_ += random_.chance(2) ? 1e-4 : seconds;
       auto bytes = last_;
       if (bytes.empty() || random_.chance(4)) return std::nullopt;
-      for (std::uint64_t i = random_.below(3); i > 0; --i) bytes[5 + random_.below(std::min<std::size_t>(bytes.size() - 9, 12))] = static_cast<std::uint8_t>(random_.bits());
+      for (std::uint64_t i = random_.below(3); i > 0; --i)
+        bytes[5 + random_.below(std::min<std::size_t>(bytes.size() - 9, 12))] =
+            static_cast<std::uint8_t>(random_.bits());
       if (random_.chance(8)) bytes.resize(random_.below(bytes.size()));
       if (bytes.size() >= 4) {
         const std::uint32_t check = cosim::link::crc(std::span(bytes).first(bytes.size() - 4));

@@ -75,11 +75,13 @@ TEST_P(CoreOnDram, ImageLargerThanTheMemory) {
     device.allocate(std::uint64_t{1} << 30);
     FAIL() << "a gigabyte fits";
   } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("need 1073741824 bytes, the memory has 33554432"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("need 1073741824 bytes, the memory has 33554432"), std::string::npos)
+        << error.what();
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Memories, CoreOnDram, testing::ValuesIn(cosim::dram_names()), [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Memories, CoreOnDram, testing::ValuesIn(cosim::dram_names()),
+                         [](const auto& info) { return info.param; });
 
 TEST(CoreOnDramOfAnotherWidth, IsRefused) {
   for (const std::string& name : cosim::core_configurations()) {

@@ -32,7 +32,8 @@ bool LinkServer::read(std::uint32_t offset, std::uint32_t& value) {
   if (offset < link::kBoardSpace) return bus_.read_register(offset, value);
   const std::array<std::uint32_t, link::kBoardRegisters> registers = {
       board_.id,
-      static_cast<std::uint32_t>(board_.most_frame) << 16 | static_cast<std::uint32_t>(board_.image_version) << 8 | board_.version,
+      static_cast<std::uint32_t>(board_.most_frame) << 16 | static_cast<std::uint32_t>(board_.image_version) << 8 |
+          board_.version,
       static_cast<std::uint32_t>(board_.memory_base),
       static_cast<std::uint32_t>(board_.memory_base >> 32),
       static_cast<std::uint32_t>(board_.memory_bytes),
@@ -65,7 +66,8 @@ std::vector<std::uint8_t> LinkServer::packed(std::span<const std::uint8_t> body,
 
 std::vector<std::uint8_t> LinkServer::answer(std::span<const std::uint8_t> datagram) {
   look();
-  const bool whole = datagram.size() >= link::kRequestHeader + link::kCrcBytes && datagram.size() <= board_.most_frame + link::kCrcBytes;
+  const bool whole = datagram.size() >= link::kRequestHeader + link::kCrcBytes &&
+                     datagram.size() <= board_.most_frame + link::kCrcBytes;
   const auto body = whole ? datagram.first(datagram.size() - link::kCrcBytes) : std::span<const std::uint8_t>{};
   if (!whole || link::crc(body) != link::get(datagram, body.size(), 4)) {
     ++damaged_;
@@ -73,8 +75,10 @@ std::vector<std::uint8_t> LinkServer::answer(std::span<const std::uint8_t> datag
   }
   ++frames_;
   if (body[0] != board_.version) return packed(body, {link::Status::kVersion, 0, {}});
-  const auto sequence = static_cast<std::uint16_t>(link::get(body, 1, 2)), session = static_cast<std::uint16_t>(link::get(body, 3, 2));
-  const bool opens = body.size() > link::kRequestHeader && body[link::kRequestHeader] == static_cast<std::uint8_t>(link::Op::kOpen);
+  const auto sequence = static_cast<std::uint16_t>(link::get(body, 1, 2)),
+             session = static_cast<std::uint16_t>(link::get(body, 3, 2));
+  const bool opens =
+      body.size() > link::kRequestHeader && body[link::kRequestHeader] == static_cast<std::uint8_t>(link::Op::kOpen);
   // A session that has been closed is not opened again: that would be a datagram which comes late.
   if (session_ != session && (!opens || session_before_ == session)) {
     ++refused_;
@@ -135,14 +139,16 @@ link::Status LinkServer::operate(std::span<const std::uint8_t> body, std::size_t
     case Op::kRegWrite: {
       if (!has(7)) return Status::kMalformed;
       const auto offset = static_cast<std::uint32_t>(link::get(body, at + 1, 2));
-      if (offset >= link::kBoardSpace || !bus_.write_register(offset, static_cast<std::uint32_t>(link::get(body, at + 3, 4))))
+      if (offset >= link::kBoardSpace ||
+          !bus_.write_register(offset, static_cast<std::uint32_t>(link::get(body, at + 3, 4))))
         return Status::kRegister;
       at += 7;
       return Status::kOk;
     }
     case Op::kRegRead: {
       if (!has(5)) return Status::kMalformed;
-      const auto offset = static_cast<std::uint32_t>(link::get(body, at + 1, 2)), count = static_cast<std::uint32_t>(link::get(body, at + 3, 2));
+      const auto offset = static_cast<std::uint32_t>(link::get(body, at + 1, 2)),
+                 count = static_cast<std::uint32_t>(link::get(body, at + 3, 2));
       if (data.size() + 4 * std::size_t{count} > kMostData) return Status::kTooLong;
       for (std::uint32_t i = 0; i < count; ++i) {
         std::uint32_t value = 0;

@@ -15,8 +15,7 @@
 
 #include "golden/base/error.hpp"
 #include "golden/base/options.hpp"
-#include "hls/include/contract.hpp"
-#include "rtl/shell/rt_regs.h"
+#include "testbench/driver/core_driver.hpp"
 #include "testbench/kit/command_line.hpp"
 #include "testbench/sim/board/link_server.hpp"
 #include "testbench/sim/core/simulated_device.hpp"
@@ -42,7 +41,9 @@ struct Options {
 /// The simulated core and its memory. Memory belongs to the core while it runs: the link waits.
 class Soc final : public BoardBus {
  public:
-  Soc(const Options& options, std::uint64_t bytes) : device_(options.device), bytes_(bytes) { device_.bus_memory().resize(bytes); }
+  Soc(const Options& options, std::uint64_t bytes) : device_(options.device), driver_(device_), bytes_(bytes) {
+    device_.bus_memory().resize(bytes);
+  }
   bool read_register(std::uint32_t offset, std::uint32_t& value) override {
     if (!known(offset)) return false;
     value = device_.read_register(offset);
@@ -65,14 +66,15 @@ class Soc final : public BoardBus {
   }
   bool interrupt() const override { return device_.interrupt(); }
   std::uint32_t clocks() const override { return static_cast<std::uint32_t>(device_.clocks()); }
-  bool busy() { return (device_.read_register(offsetof(rt_regs_t, status)) & RT_REGS__STATUS__BUSY_bm) != 0; }
+  bool busy() { return driver_.status().busy; }
   void run(std::uint64_t clocks) { device_.run(clocks); }
   std::uint64_t base() const { return device_.bus_memory().base(); }
 
  private:
-  static bool known(std::uint32_t offset) { return offset % 4 == 0 && offset < sizeof(rt_regs_t); }
+  static bool known(std::uint32_t offset) { return offset % 4 == 0 && offset < register_bytes(); }
   bool inside(std::uint64_t address, std::size_t words) const {
-    return address % 8 == 0 && address >= base() && address - base() <= bytes_ && words <= (bytes_ - (address - base())) / 8;
+    return address % 8 == 0 && address >= base() && address - base() <= bytes_ &&
+           words <= (bytes_ - (address - base())) / 8;
   }
   bool settle() {
     constexpr std::uint64_t kSlice = 1000, kLongest = 100000000;
@@ -83,6 +85,7 @@ class Soc final : public BoardBus {
     return true;
   }
   SimulatedDevice device_;
+  CoreDriver driver_;
   std::uint64_t bytes_;
 };
 
@@ -111,7 +114,8 @@ class Socket {
   std::vector<std::uint8_t> receive() {
     std::vector<std::uint8_t> bytes(65536);
     socklen_t length = sizeof from_;
-    const ssize_t count = ::recvfrom(socket_, bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&from_), &length);
+    const ssize_t count =
+        ::recvfrom(socket_, bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&from_), &length);
     bytes.resize(count > 0 ? static_cast<std::size_t>(count) : 0);
     return bytes;
   }
@@ -159,9 +163,12 @@ int run(Options& options) {
     }
     for (const auto& answer : answers) socket.send(answer);
   }
-  std::fprintf(stderr, "udp-board: %u clocks, %llu datagrams, %llu lost, doubled, reordered or damaged, %llu frames carried out\n",
-               soc.clocks(), static_cast<unsigned long long>(datagrams), static_cast<unsigned long long>(to_board.hurt() + from_board.hurt()),
-               static_cast<unsigned long long>(server.carried_out()));
+  std::fprintf(
+      stderr,
+      "udp-board: %u clocks, %llu datagrams, %llu lost, doubled, reordered or damaged, %llu frames carried out\n",
+      soc.clocks(), static_cast<unsigned long long>(datagrams),
+      static_cast<unsigned long long>(to_board.hurt() + from_board.hurt()),
+      static_cast<unsigned long long>(server.carried_out()));
   return 0;
 }
 
@@ -171,21 +178,32 @@ int main(int argc, char** argv) {
   Options options;
   options.device.configuration = "small";
   CLI::App app(
-      "A core in Verilator with a board's DRAM behind its controller, and the board's side of the UDP link in software. Prints its "
-      "address; use it as board:ADDRESS.\nEnds on SIGINT or SIGTERM (exit 0), or when an assertion of the RTL fails (exit 1).",
+      "A core in Verilator with a board's DRAM behind its controller, and the board's side of the UDP link in "
+      "software. Prints its "
+      "address; use it as board:ADDRESS.\nEnds on SIGINT or SIGTERM (exit 0), or when an assertion of the RTL fails "
+      "(exit 1).",
       "retrace-udp-board");
   const RealRange percent(0.0, 100.0);
   app.add_option("--port", options.port, "UDP port; 0: a free one")->check(CLI::Range(0, 65535));
-  app.add_option("--config", options.device.configuration, "Configuration of the core")->check(CLI::IsMember(core_configurations()))->capture_default_str();
+  app.add_option("--config", options.device.configuration, "Configuration of the core")
+      ->check(CLI::IsMember(core_configurations()))
+      ->capture_default_str();
   std::vector<std::string> memories = dram_names();
   memories.emplace_back("model");
-  app.add_option("--memory", options.memory, "DRAM of the board, or a model without one")->check(CLI::IsMember(memories))->capture_default_str();
-  app.add_option("--megabytes", options.megabytes, "Of the memory `model`")->check(CLI::Range(1, 1024))->capture_default_str();
-  app.add_option_function<double>("--noise", [&](double share) { options.noise.loss = options.noise.doubled = options.noise.reordered = share; },
-                                  "Percent of the datagrams, each way, that are lost; doubled; held back behind the next")
+  app.add_option("--memory", options.memory, "DRAM of the board, or a model without one")
+      ->check(CLI::IsMember(memories))
+      ->capture_default_str();
+  app.add_option("--megabytes", options.megabytes, "Of the memory `model`")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  app.add_option_function<double>(
+         "--noise", [&](double share) { options.noise.loss = options.noise.doubled = options.noise.reordered = share; },
+         "Percent of the datagrams, each way, that are lost; doubled; held back behind the next")
       ->check(percent);
-  app.add_option("--damage", options.noise.damaged, "Percent of the datagrams in which a byte is changed")->check(percent);
-  app.add_option("--memory-state", options.memory_state, "What the board says of its memory: 0 ready, 1 not initialised, 2 failed")
+  app.add_option("--damage", options.noise.damaged, "Percent of the datagrams in which a byte is changed")
+      ->check(percent);
+  app.add_option("--memory-state", options.memory_state,
+                 "What the board says of its memory: 0 ready, 1 not initialised, 2 failed")
       ->check(CLI::Range(0, 2));
   app.add_option("--seed", options.seed, "Of noise and first contents")->capture_default_str();
   return run_program(app, argc, argv, [&] { return run(options); });

@@ -132,9 +132,10 @@ EngineKind rtl_engine_kind() {
         ->capture_default_str()
         ->group("Engine rtl");
     command
-        .add_option("--memory", options->memory,
-                    "Its memory: latency in clocks (or FROM-TO), bytes a clock (the bus unless given); or ddr3, sdr: the DRAM "
-                    "of a board behind its controller")
+        .add_option(
+            "--memory", options->memory,
+            "Its memory: latency in clocks (or FROM-TO), bytes a clock (the bus unless given); or ddr3, sdr: the DRAM "
+            "of a board behind its controller")
         ->capture_default_str()
         ->group("Engine rtl");
     command.add_option("--waves", options->rtl.waves, "Waves of the whole run (FST)")->group("Engine rtl");

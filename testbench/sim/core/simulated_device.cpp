@@ -60,7 +60,8 @@ void SimulatedDevice::run(std::uint64_t clocks) {
     throw Error("rtl core: AXI4: " + memory_->monitor().violations().front().text());
   if (!lite_monitor_.violations().empty())
     throw Error("rtl core: AXI4-Lite: " + lite_monitor_.violations().front().text());
-  if (memory_->failed()) throw Error("simulated DRAM: an assertion failed before clock " + std::to_string(model_->clocks()));
+  if (memory_->failed())
+    throw Error("simulated DRAM: an assertion failed before clock " + std::to_string(model_->clocks()));
   if (model_->failed()) throw Error("rtl core: an assertion failed before clock " + std::to_string(model_->clocks()));
 }
 

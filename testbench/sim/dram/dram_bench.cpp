@@ -104,8 +104,9 @@ int main(int argc, char** argv) {
   app.add_option("--write-every", write_every, "Reads for each write of 64 bytes; 0: none")->capture_default_str();
   app.add_option("--seed", seed, "Of the addresses")->capture_default_str();
   return run_program(app, argc, argv, [&] {
-    std::printf("| memory | bytes a read | in flight | bytes a clock | mean latency, clocks | written a clock |\n"
-                "| --- | ---: | ---: | ---: | ---: | ---: |\n");
+    std::printf(
+        "| memory | bytes a read | in flight | bytes a clock | mean latency, clocks | written a clock |\n"
+        "| --- | ---: | ---: | ---: | ---: | ---: |\n");
     for (const std::string& memory : memories)
       for (const std::uint32_t size : {16u, 48u, 64u})
         for (const std::size_t in_flight : {1u, 8u, 16u}) {
