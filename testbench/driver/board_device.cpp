@@ -8,6 +8,7 @@
 #include "golden/scene/geometry.hpp"
 #include "hls/include/contract.hpp"
 #include "rtl/shell/rt_regs.h"
+#include "testbench/driver/dram_init.hpp"
 
 namespace retrace::cosim {
 namespace {
@@ -64,14 +65,7 @@ void BoardDevice::begin() {
   runs_ = static_cast<std::uint32_t>(word(link::kBoardRuns));
   if (identity_.most_frame < kLeastFrame || identity_.memory_base % kAlignment != 0)
     fail("the board's description makes no sense");
-  switch (word(link::kBoardMemoryState)) {
-    case link::kMemoryReady:
-      break;
-    case link::kMemoryNotInitialised:
-      fail("the board's memory has not been initialised");
-    default:
-      fail("the board's memory does not answer: its initialisation has failed");
-  }
+  prepare_memory(static_cast<std::uint32_t>(word(link::kBoardMemoryState)));
   if (identity_.memory_bytes >= kOffChip) check_memory();
 }
 
@@ -84,6 +78,42 @@ void BoardDevice::fail(const std::string& what) const { throw Error(link_name() 
 void BoardDevice::refused(const Answer& answer) const {
   fail(std::string("the board refuses an operation: ") + meaning(answer.status) + " (at byte " +
        std::to_string(answer.position) + ")");
+}
+
+void BoardDevice::prepare_memory(std::uint32_t state) {
+  class Control final : public DramControl {
+   public:
+    explicit Control(BoardDevice& board) : board_(board) {}
+    void write(std::uint32_t address, std::uint32_t value) override {
+      board_.write_register(link::kMemoryControl + address, value);
+    }
+    std::uint32_t read(std::uint32_t address) override { return board_.read_register(link::kMemoryControl + address); }
+    void wait(std::uint32_t clocks) override {
+      board_.flush();
+      board_.pass(clocks / std::max<double>(board_.identity_.clock_hz, 1));
+    }
+
+   private:
+    BoardDevice& board_;
+  };
+  constexpr std::uint32_t kState = 0xff, kControllerShift = 8;
+  if (const std::uint32_t controller = state >> kControllerShift & kState;
+      (state & kState) == link::kMemoryNotInitialised && controller != 0) {
+    if (controller > dram_facts().size())
+      fail("the board's memory has a controller of kind " + std::to_string(controller) + ", this program knows " +
+           std::to_string(dram_facts().size()));
+    Control control(*this);
+    try {
+      initialise_dram(dram_facts()[controller - 1], control);
+      flush();
+    } catch (const Error& error) {
+      flush();
+      fail(error.what());
+    }
+    state = read_board(link::kBoardMemoryState);
+  }
+  if ((state & kState) == link::kMemoryNotInitialised) fail("the board's memory has not been initialised");
+  if ((state & kState) != link::kMemoryReady) fail("the board's memory does not answer: its initialisation has failed");
 }
 
 void BoardDevice::check_memory() {
@@ -131,10 +161,12 @@ void BoardDevice::flush() {
       count = count == writes_.size() && i + 1 == count && budget() >= kAtOnce ? count : std::max<std::size_t>(i, 1);
       break;
     }
-    const bool control = writes_[count - 1].first == kControl;
+    const bool once =
+        std::any_of(writes_.begin(), writes_.begin() + static_cast<std::ptrdiff_t>(count),
+                    [](const auto& write) { return write.first == kControl || write.first >= link::kMemoryControl; });
     link::Request request;
     for (std::size_t i = 0; i < count; ++i) request.reg_write(writes_[i].first, writes_[i].second);
-    if (!carry_out(request, 0, !control, none)) continue;
+    if (!carry_out(request, 0, !once, none)) continue;
     writes_.erase(writes_.begin(), writes_.begin() + static_cast<std::ptrdiff_t>(count));
   }
 }

@@ -69,6 +69,8 @@ class BoardDevice : public Device {
   virtual std::size_t budget() const = 0;
   /// For messages: what carries the frames, and where to.
   virtual std::string link_name() const = 0;
+  /// Lets time pass, as the link sees it.
+  virtual void pass(double seconds) = 0;
   /// Words to and from the board's memory, which they are known to be inside of; sums are compared by the caller.
   virtual void send_words(std::uint64_t address, std::span<const std::uint64_t> words);
   virtual void fetch_words(std::uint64_t address, std::span<std::uint64_t> words);
@@ -99,6 +101,8 @@ class BoardDevice : public Device {
   bool holds(std::uint64_t address, std::span<const std::uint64_t> words);
   void flush();
   void check_range(std::uint64_t address, std::size_t words) const;
+  /// Initialises it if it wants that of its host. Throws Error if it is not ready then.
+  void prepare_memory(std::uint32_t state);
   /// What is known of memory that answers by chance, is too small, or has lines of its address missing.
   void check_memory();
 

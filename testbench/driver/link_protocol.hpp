@@ -41,6 +41,9 @@ enum BoardRegister : std::uint16_t {
   kBoardMemoryState,  // one of kMemory...
   kBoardRegisters
 };
+/// Registers of the memory's controller (wb_ctrl of LiteDRAM), by their byte address behind this.
+inline constexpr std::uint16_t kMemoryControl = 0x4000;
+/// The board's memory: its state in bits 7:0, in bits 15:8 which of dram_facts() the host initialises, from 1; 0: none.
 inline constexpr std::uint32_t kMemoryReady = 0, kMemoryNotInitialised = 1, kMemoryFailed = 2;
 inline constexpr std::uint32_t kBoardId = 0x44524252;  // 'RBRD'
 

@@ -121,4 +121,9 @@ bool SerialDevice::exchange(const link::Request& request, std::size_t answer_byt
   }
 }
 
+void SerialDevice::pass(double seconds) {
+  // Nothing is outstanding, so what arrives meanwhile belongs to nothing.
+  for (const double until = line_->now() + seconds; line_->now() < until;) line_->read(until - line_->now());
+}
+
 }  // namespace retrace::cosim

@@ -20,6 +20,7 @@ class SerialDevice final : public BoardDevice {
  private:
   std::size_t budget() const override { return budget_; }
   std::string link_name() const override { return "serial link: " + line_->name(); }
+  void pass(double seconds) override;
   void failed(std::size_t bytes);
   void succeeded(std::size_t bytes);
   /// For an answer to a frame of so many bytes both ways, for which the board walks so many words.

@@ -188,4 +188,9 @@ void UdpDevice::fetch_words(std::uint64_t address, std::span<std::uint64_t> word
   }
 }
 
+void UdpDevice::pass(double seconds) {
+  // Nothing is outstanding, so what arrives meanwhile belongs to nothing.
+  for (const double until = line_->now() + seconds; line_->now() < until;) line_->receive(until - line_->now());
+}
+
 }  // namespace retrace::cosim

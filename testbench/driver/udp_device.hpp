@@ -42,6 +42,7 @@ class UdpDevice final : public BoardDevice {
   };
   std::size_t budget() const override;
   std::string link_name() const override { return "udp link: " + line_->name(); }
+  void pass(double seconds) override;
   void send_words(std::uint64_t address, std::span<const std::uint64_t> words) override;
   void fetch_words(std::uint64_t address, std::span<std::uint64_t> words) override;
   /// Carries all of them out. An answer that says no ends it: it is in its job, and true is returned only without such a one.

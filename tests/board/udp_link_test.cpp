@@ -11,6 +11,7 @@
 #include "hls/include/contract.hpp"
 #include "testbench/driver/udp_device.hpp"
 #include "testbench/sim/board/link_server.hpp"
+#include "tests/board/dram_registers.hpp"
 
 namespace {
 
@@ -24,10 +25,18 @@ class PlainBus final : public BoardBus {
  public:
   explicit PlainBus(std::uint64_t bytes) : memory(bytes / 8) {}
   bool read_register(std::uint32_t offset, std::uint32_t& value) override {
+    if (controller && offset >= cosim::link::kMemoryControl) {
+      value = controller->read(offset - cosim::link::kMemoryControl);
+      return true;
+    }
     value = writes[offset];
     return offset < 0x400;
   }
-  bool write_register(std::uint32_t offset, std::uint32_t) override {
+  bool write_register(std::uint32_t offset, std::uint32_t value) override {
+    if (controller && offset >= cosim::link::kMemoryControl) {
+      controller->write(offset - cosim::link::kMemoryControl, value);
+      return true;
+    }
     ++writes[offset];
     return offset < 0x400;
   }
@@ -42,6 +51,15 @@ class PlainBus final : public BoardBus {
       if (!deaf) memory[(address - kBase) / 8 % wraps + i] = words[i];
     return true;
   }
+  std::uint32_t memory_state() const override {
+    if (!controller) return cosim::link::kMemoryReady;
+    const DramFacts& ddr3 = facts("ddr3");
+    const bool failed = controller->read(ddr3.init_error) != 0, done = controller->read(ddr3.init_done) != 0;
+    return (failed ? cosim::link::kMemoryFailed
+            : done ? cosim::link::kMemoryReady
+                   : cosim::link::kMemoryNotInitialised) |
+           static_cast<std::uint32_t>(&ddr3 - dram_facts().data() + 1) << 8;
+  }
   bool interrupt() const override { return false; }
   std::uint32_t clocks() const override { return 1; }
   bool inside(std::uint64_t address, std::size_t words) const {
@@ -51,6 +69,7 @@ class PlainBus final : public BoardBus {
   std::uint64_t wraps = ~std::uint64_t{0};
   bool deaf = false;
   std::map<std::uint32_t, std::uint32_t> writes;
+  std::unique_ptr<DramRegisters> controller;
 };
 
 /// The way to the board and back. Seconds pass while somebody waits.
@@ -170,6 +189,33 @@ INSTANTIATE_TEST_SUITE_P(Noise, UdpLink,
                                          NoiseOptions{30, 0, 0, 0}, NoiseOptions{0, 50, 20, 0},
                                          NoiseOptions{10, 10, 10, 20}),
                          [](const auto& info) { return "N" + std::to_string(info.index); });
+
+/// A board that has just been switched on: the host brings its DRAM up through the link, each command exactly once.
+TEST(UdpMemory, IsInitialisedThroughTheLink) {
+  SCOPED_TRACE("seed " + std::to_string(test_seed()));
+  for (const NoiseOptions& noise : {NoiseOptions{}, NoiseOptions{5, 5, 5, 1}}) {
+    Link link(1 << 21, noise);
+    link.bus.controller =
+        std::make_unique<DramRegisters>(facts("ddr3"), std::vector<Lane>{{1, 2, 5}, {3, 0, 3}}, test_seed());
+    const auto device = link.connect();
+    EXPECT_EQ(link.bus.controller->fault, "");
+    EXPECT_EQ(link.bus.controller->slip(0), 1u);
+    EXPECT_EQ(link.bus.controller->delay(0), 3u);
+    EXPECT_EQ(link.bus.controller->slip(1), 3u);
+    EXPECT_EQ(link.bus.controller->delay(1), 1u);
+    EXPECT_EQ(link.bus.controller->modes.size(), 4u);
+    const std::uint64_t rows = link.bus.controller->rows;
+    EXPECT_NO_THROW(link.connect(8));
+    EXPECT_EQ(link.bus.controller->rows, rows) << "it is initialised once";
+  }
+}
+TEST(UdpMemory, LevellingWithoutAWindowIsAnError) {
+  Link link;
+  link.bus.controller =
+      std::make_unique<DramRegisters>(facts("ddr3"), std::vector<Lane>{{1, 2, 5}, {9, 0, 3}}, test_seed());
+  expect_error([&] { link.connect(); }, "read levelling finds no window for byte lane 1");
+  expect_error([&] { link.connect(8); }, "memory does not answer: its initialisation has failed");
+}
 
 TEST(UdpSession, TwoHosts) {
   Link link;

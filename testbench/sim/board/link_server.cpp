@@ -47,7 +47,7 @@ bool LinkServer::read(std::uint32_t offset, std::uint32_t& value) {
       repeated_,
       refused_,
       0,
-      board_.memory_state};
+      board_.memory_state != link::kMemoryReady ? board_.memory_state : bus_.memory_state()};
   const std::uint32_t index = (offset - link::kBoardSpace) / 4;
   if (offset % 4 != 0 || index >= registers.size()) return false;
   value = registers[index];

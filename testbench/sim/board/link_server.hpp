@@ -18,6 +18,8 @@ class BoardBus {
   virtual bool write_register(std::uint32_t offset, std::uint32_t value) = 0;
   virtual bool read_memory(std::uint64_t address, std::span<std::uint64_t> words) = 0;
   virtual bool write_memory(std::uint64_t address, std::span<const std::uint64_t> words) = 0;
+  /// As of the register of the board; a board whose memory is not ready says so itself (Board::memory_state).
+  virtual std::uint32_t memory_state() const { return link::kMemoryReady; }
   virtual bool interrupt() const = 0;
   virtual std::uint32_t clocks() const = 0;
 };
