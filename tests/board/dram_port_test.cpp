@@ -73,12 +73,20 @@ class Controller {
   /// What the port offers has settled: banks that belong to another take nothing.
   void choose(Model& m) {
     if (!keeps_banks_) return;
-    for (auto& owner : owners_)
-      if (owner && !offers(m, *owner, static_cast<unsigned>(&owner - owners_.data()))) owner.reset();
+    for (unsigned of = 0; of < kPorts; ++of) {
+      auto& owner = owners_[of];
+      if (!owner) continue;
+      // What the bank has accepted keeps it for some clocks.
+      idle_[of] = offers(m, *owner, of) ? 0 : idle_[of] + 1;
+      if (idle_[of] > kBusy) owner.reset();
+    }
     for (unsigned i = 0; i <= kPorts; ++i) {
       if (!valid(m, i)) continue;
       auto& owner = owners_[bank(m, i)];
-      if (!owner) owner = i;
+      if (!owner) {
+        owner = i;
+        idle_[bank(m, i)] = 0;
+      }
       if (*owner == i) continue;
       if (i == kPorts)
         m.write_ready_i = 0;
@@ -158,6 +166,8 @@ class Controller {
   std::array<std::deque<Read>, kPorts> reads_;
   std::deque<Write> writes_;
   std::array<std::optional<unsigned>, kPorts> owners_;
+  static constexpr unsigned kBusy = 6;
+  std::array<unsigned, kPorts> idle_{};
   bool keeps_banks_ = false;
   std::uint64_t next_ = 0, commands_ = 0;
 };
