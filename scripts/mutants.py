@@ -27,6 +27,7 @@ GENERATIONS = ("tb_generation", "rtl_generation_test", "*")
 PIXELS = ("tb_pixels", "rtl_pixels_test", "Pixels/Granule64.*")
 PARTS = ("tb_board", "board_units_test", "*")
 BOARD = ("rt_board", "board_test", "BoardLink.*")
+DRAM = ("tb_dram_port", "dram_port_test", "*Word128*")
 
 MUTANTS = [
     # Roundings and saturations.
@@ -163,11 +164,29 @@ MUTANTS = [
     ("a burst outside changes the memory", "board/rt_board_memory.sv", "write_fire && aw_q.resp == rt_board_pkg::RespOkay", "write_fire", PARTS),
     ("the memory takes beats it has no place for", "board/rt_board_memory.sv", "ar_active_q && room_q &&", "ar_active_q &&", PARTS),
     ("write data of the masters are mixed up", "board/rt_axi_mux.sv", ".in_data_i  (aw_index),", ".in_data_i  (!aw_index),", PARTS),
+    # Its DRAM.
+    ("reads of an id change the port at any time", "board/rt_dram_order.sv", "assign go_o      = !clear_q &&", "assign go_o      = !clear_q || 1'b0 &&", DRAM),
+    ("more reads of an id than are counted", "board/rt_dram_order.sv", " && in_flight != '1));", "));", DRAM),
+    ("old counts survive a reset", "board/rt_dram_order.sv", "clear_q       <= 1'b1;", "clear_q       <= 1'b0;", DRAM),
+    ("a command without a place for its word", "board/rt_dram_read_port.sv", "&& held_q != HeldBits'(Places) ", "", DRAM),
+    ("a burst in the middle of a word is short", "board/rt_dram_read_port.sv", "9'(in_beat_i[LaneBits-1:0])", "9'd0", DRAM),
+    ("a word is given away with its first beat", "board/rt_dram_read_port.sv", "out_take && (lane_last || out_data_o.last)", "out_take", DRAM),
+    ("an offered read command is taken back", "board/rt_dram_read_port.sv", "(offered_q || !hold_i)", "!hold_i", DRAM),
+    ("strobes of the last word stay", "board/rt_dram_writes.sv", "word_done ? '0 : word_in.strobe", "word_in.strobe", DRAM),
+    ("a beat is a write", "board/rt_dram_writes.sv", "word_done = w_i.last || lane == '1;", "word_done = 1'b1;", DRAM),
+    ("words without a byte are written", "board/rt_dram_writes.sv", "word_in.strobe != '0 && aw_resp_i", "aw_resp_i", DRAM),
+    ("a burst that is refused writes", "board/rt_dram_writes.sv", "word_in.strobe != '0 && aw_resp_i == rt_board_pkg::RespOkay", "word_in.strobe != '0", DRAM),
+    ("a write is answered before its command", "board/rt_dram_writes.sv", ".in_valid_i (command_take && command.last)",
+     ".in_valid_i (push && command_in.last)", DRAM),
+    ("nobody is patient", "board/rt_dram_port.sv", "late_q != '0 && !late_q[i]", "1'b0", DRAM),
+    ("a read across 4 KB goes on", "board/rt_dram_port.sv", "|| crosses ||", "||", DRAM),
+    ("the memory answers before it is ready", "board/rt_dram_port.sv", "|| !initialised", "", DRAM),
+    ("reads beyond the memory wrap", "board/rt_dram_port.sv", "b.resp = rt_board_pkg::RespDecErr;", "b.resp = rt_board_pkg::RespOkay;", DRAM),
 ]
 
 SOURCES = rtl_packages()
 # Models that a test program has under another name or with parameters of its own, as CMake verilates them.
-PREFIX = {"tb_pixels": "Vtb_pixels_g64", "rt_board": "Vrt_board_small"}
+PREFIX = {"tb_pixels": "Vtb_pixels_g64", "rt_board": "Vrt_board_small", "tb_dram_port": "Vtb_dram_port_w128"}
 PARAMETERS = {"tb_pixels": ["-GDataBits=64", "-GGranuleBytes=64"], "rt_board": ["+define+RT_CONFIG=ConfigSmall", "-GDivisor=1024", "-GMemoryBytes=32768"]}
 
 

@@ -8,6 +8,8 @@ names=() ; declare -A commands
 run() { names+=("$1"); commands[$1]=$2; }
 run coverage "scripts/coverage.sh --output out/nightly/coverage.md"
 run whole_frames "scripts/whole_frames.sh -o out/nightly/whole-frames.md"
+run dram_frames "for memory in ddr3 sdr; do for scene in room /usr/share/assimp/models/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb; do
+  build/release/testbench/sim/core/rtl_bench \$scene small 320x240 --dram \$memory || exit 1; done; done"
 run bus "env RETRACE_BUS_TRANSACTIONS=1000000 build/release/tests/rtl_core/rtl_bus_test --gtest_filter=RtlBus.RandomTraffic"
 run stages "build/release/testbench/stages/rtl_stages --vectors 100000000"
 run netlists "scripts/netlist_sim.sh all"

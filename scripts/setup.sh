@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs what the project needs and is not there yet: Debian packages with apt when root or sudo is available (otherwise it prints the exact
 # line and stops), ap_types out of a pinned wheel into .env/, and with --tools the pinned Python tools of lint and register generation
-# into .env/py and what only tests look through (Chromium: the lab's page; ffmpeg: videos). Does nothing when all is there.
+# into .env/py, LiteX for the boards' memories into .env/litex, and what only tests look through (Chromium: the lab's page; ffmpeg: videos). Does
+# nothing when all is there.
 # With --docs: nothing but what builds the documentation, into .env/docs (scripts/docs.sh calls it).
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -71,4 +72,8 @@ if [ -z "${RETRACE_AP_TYPES:-}${XILINX_HLS:-}" ] && { [ ! -f .env/ap_types/ap_in
 fi
 
 # Python tools: Yosys with its slang frontend and codespell (lint), PeakRDL (registers).
-if [ "${1:-}" = --tools ]; then python_tools .env/py scripts/requirements.txt; fi
+# LiteX and its libraries, which have releases that fit each other: DRAM controllers and network of the boards.
+if [ "${1:-}" = --tools ]; then
+  python_tools .env/py scripts/requirements.txt
+  python_tools .env/litex scripts/boards/requirements.txt
+fi

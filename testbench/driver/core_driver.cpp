@@ -56,6 +56,8 @@ void CoreCounters::add(const CoreCounters& o) {
   }
 }
 
+std::uint32_t register_bytes() { return static_cast<std::uint32_t>(sizeof(rt_regs_t)); }
+
 bool has_two_levels(std::span<const std::uint64_t> image_words) {
   return image_words.size() >= contract::HeaderRecord::kWords &&
          contract::HeaderRecord::unpack(image_words.data()).version ==

@@ -29,6 +29,8 @@ struct CoreStatus {
   int front = 0;                                                           ///< frame buffer drawn last
 };
 
+/// Bytes of the core's registers.
+std::uint32_t register_bytes();
 /// Has this image instances? Of words that nobody has checked.
 bool has_two_levels(std::span<const std::uint64_t> image_words);
 

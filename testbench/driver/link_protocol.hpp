@@ -11,11 +11,14 @@ namespace retrace::cosim::link {
 inline constexpr std::uint8_t kFlag = 0x7e, kEscape = 0x7d, kEscapeFlip = 0x20;
 /// First byte of a frame: direction (0x80) and version of the protocol.
 inline constexpr std::uint8_t kRequest = 0xd1, kResponse = 0x51, kRequestBit = 0x80;
+/// The same where frames are datagrams: several are in flight, and they are carried out in the order of their sequence.
+inline constexpr std::uint8_t kOrderedRequest = 0xd2, kOrderedResponse = 0x52;
 inline constexpr std::size_t kRequestHeader = 5, kResponseHeader = 8, kCrcBytes = 4;
 
 enum class Op : std::uint8_t { kOpen = 1, kRegWrite, kRegRead, kMemWrite, kMemRead, kMemFill, kMemCrc };
-enum class Status : std::uint8_t { kOk, kDamaged, kVersion, kSession, kMalformed, kTooLong, kBus, kRegister };
-inline constexpr int kStatuses = 8;
+/// kOrder: of frames that are carried out in the order of their sequence only (docs/udp-link.md).
+enum class Status : std::uint8_t { kOk, kDamaged, kVersion, kSession, kMalformed, kTooLong, kBus, kRegister, kOrder };
+inline constexpr int kStatuses = 9;
 
 /// Registers of the board itself.
 inline constexpr std::uint16_t kBoardSpace = 0x8000;
@@ -35,9 +38,13 @@ enum BoardRegister : std::uint16_t {
   kBoardRepeatedFrames,
   kBoardRefusedFrames,
   kBoardSpoiltBytes,
-  kBoardReserved,
+  kBoardMemoryState,  // one of kMemory...
   kBoardRegisters
 };
+/// Registers of the memory's controller (wb_ctrl of LiteDRAM), by their byte address behind this.
+inline constexpr std::uint16_t kMemoryControl = 0x4000;
+/// The board's memory: its state in bits 7:0, in bits 15:8 which of dram_facts() the host initialises, from 1; 0: none.
+inline constexpr std::uint32_t kMemoryReady = 0, kMemoryNotInitialised = 1, kMemoryFailed = 2;
 inline constexpr std::uint32_t kBoardId = 0x44524252;  // 'RBRD'
 
 std::uint32_t crc(std::span<const std::uint8_t> bytes);

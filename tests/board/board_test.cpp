@@ -13,7 +13,7 @@
 #include "rtl/shell/rt_regs.h"
 #include "scenes/open_scene.hpp"
 #include "testbench/csim/csim_engine.hpp"
-#include "testbench/driver/serial_engine.hpp"
+#include "testbench/driver/board_engine.hpp"
 #include "testbench/kit/random.hpp"
 #include "testbench/kit/test_rays.hpp"
 #include "testbench/sim/board/simulated_board.hpp"
@@ -342,7 +342,7 @@ TEST_F(BoardLink, RefusesWhatCannotBeDone) {
   r.reg_write(link::kBoardSpace, 1);
   refused(after(r), Status::kRegister, behind);
   r = {};
-  r.reg_read(board_register(link::kBoardReserved), 2);
+  r.reg_read(board_register(link::kBoardMemoryState), 2);
   EXPECT_EQ(refused(after(r), Status::kRegister, behind).data.size(), 4u);
   // Cut off after every byte of its arguments and data.
   r = {};
@@ -454,7 +454,7 @@ TEST_P(SerialFrame, EqualsKernelInEveryByte) {
   const Prepared& p = prepared(c.scene);
   const std::span<const GridRay> rays(p.rays.data(), std::min(c.rays, p.rays.size()));
   SimulatedBoard board({.seed = seed, .damage_to_board = c.damage, .damage_from_board = c.damage});
-  SerialOptions options;
+  BoardOptions options;
   options.link.seed = seed + 1;
   options.most_rays = c.batch;
   auto engine = make_serial_engine(p.image, std::make_unique<SimulatedLine>(board), options);

@@ -48,7 +48,7 @@ void AxiMemory::write(std::uint64_t address, std::span<const std::uint64_t> word
   std::copy(words.begin(), words.end(), words_.begin() + (address - base()) / 8);
 }
 
-void AxiMemory::read(std::uint64_t address, std::span<std::uint64_t> words) const {
+void AxiMemory::read(std::uint64_t address, std::span<std::uint64_t> words) {
   if (!inside(address, words.size() * 8) || address % 8 != 0) throw Error("memory model: read outside the memory");
   std::copy_n(words_.begin() + (address - base()) / 8, words.size(), words.begin());
 }

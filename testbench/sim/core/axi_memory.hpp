@@ -15,6 +15,7 @@
 
 #include "testbench/kit/random.hpp"
 #include "testbench/sim/core/axi_monitor.hpp"
+#include "testbench/sim/core/bus_memory.hpp"
 #include "testbench/sim/hold_off.hpp"
 
 namespace retrace::cosim {
@@ -34,6 +35,8 @@ struct MemoryOptions {
   WriteOrder write_order = WriteOrder::kFree;
   std::uint64_t base = 0x10000000;  ///< address of the first byte, a multiple of 4096
   std::uint64_t most_wait = 0;      ///< AxiMonitorLimits::most_wait
+  /// One of dram_names(): a simulated DRAM takes the place of this model, and nothing else here has a meaning.
+  std::string dram = {};
 };
 
 /// What goes wrong on purpose. Bursts are counted from the last arm().
@@ -45,22 +48,19 @@ struct ErrorInjection {
   bool decode_error = false;                 ///< DECERR instead of SLVERR
 };
 
-class AxiMemory {
+class AxiMemory final : public BusMemory {
  public:
   AxiMemory(int data_bytes, const MemoryOptions& options);
 
-  /// Bytes of memory from address `base()` on; grows it. Contents are kept.
-  void resize(std::uint64_t bytes);
-  std::uint64_t base() const { return options_.base; }
+  void resize(std::uint64_t bytes) override;
+  std::uint64_t base() const override { return options_.base; }
   std::uint64_t bytes() const { return words_.size() * 8; }
-  void write(std::uint64_t address, std::span<const std::uint64_t> words);
-  void read(std::uint64_t address, std::span<std::uint64_t> words) const;
+  void write(std::uint64_t address, std::span<const std::uint64_t> words) override;
+  void read(std::uint64_t address, std::span<std::uint64_t> words) override;
 
-  /// Reset of the port: what the master drives in this clock of it. Everything in flight is forgotten.
-  void reset(const AxiMasterSignals& master);
-  /// One clock: `master` is what the core drives in this clock, signals() what this memory drives in it; signals() changes for the next clock.
-  void clock(const AxiMasterSignals& master);
-  const AxiSlaveSignals& signals() const { return out_; }
+  void reset(const AxiMasterSignals& master) override;
+  void clock(const AxiMasterSignals& master) override;
+  const AxiSlaveSignals& signals() const override { return out_; }
 
   /// Counts from now on how often each byte in [begin, end) is written by the master, and its bytes written elsewhere.
   void watch_writes(std::uint64_t begin, std::uint64_t end);
@@ -74,12 +74,12 @@ class AxiMemory {
     return reads_.empty() && writes_.empty() && answers_.empty() && write_words_.empty() && !out_.r_valid &&
            !out_.b_valid;
   }
-  AxiMonitor& monitor() { return monitor_; }
+  AxiMonitor& monitor() override { return monitor_; }
   const AxiMonitor& monitor() const { return monitor_; }
   std::uint64_t read_bursts() const { return read_bursts_; }
   std::uint64_t write_bursts() const { return write_bursts_; }
   std::uint64_t read_bytes() const { return read_bytes_; }
-  std::uint64_t read_bytes_of(std::uint32_t id) const { return id_bytes_[id % id_bytes_.size()]; }
+  std::uint64_t read_bytes_of(std::uint32_t id) const override { return id_bytes_[id % id_bytes_.size()]; }
   std::uint64_t written_bytes() const { return written_bytes_; }
   /// Bursts outside the memory or across 4 KB; answered with DECERR. A correct core has none.
   std::uint64_t outside() const { return outside_; }

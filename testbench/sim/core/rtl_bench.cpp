@@ -13,6 +13,7 @@
 #include "testbench/csim/csim_engine.hpp"
 #include "testbench/kit/command_line.hpp"
 #include "testbench/sim/core/rtl_engine.hpp"
+#include "testbench/sim/dram/dram_model.hpp"
 
 namespace {
 
@@ -165,6 +166,8 @@ int main(int argc, char** argv) {
          },
          "Of the memory, in clocks: N, or FROM-TO, drawn for each burst")
       ->default_str("40");
+  app.add_option("--dram", memory.dram, "A board's DRAM behind its controller instead")
+      ->check(CLI::IsMember(cosim::dram_names()));
   app.add_option("--bytes", a.rtl.memory.bytes_per_clock, "Bytes a clock; 0: the bus");
   app.add_option("--reorder", a.rtl.memory.reorder, "Answers are mixed");
   app.add_option("--stall", a.rtl.memory.stall_percent, "Percent of the clocks")->check(CLI::Range(0, 100));

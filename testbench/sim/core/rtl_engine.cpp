@@ -49,7 +49,7 @@ class Simulation final : public RtlEngine {
     constexpr std::uint32_t kMissRegisters = 16;  // of a source in ARID (rt_core_pkg::MshrIdBits)
     std::array<std::uint64_t, cosim::kReadSources.size()> bytes{};
     for (std::uint32_t id = 0; id < kMissRegisters * bytes.size(); ++id)
-      bytes[id / kMissRegisters] += device_.memory().read_bytes_of(id);
+      bytes[id / kMissRegisters] += device_.bus_memory().read_bytes_of(id);
     return bytes;
   }
   void set_ray_row(std::uint32_t rays) override { options_.ray_row = rays; }

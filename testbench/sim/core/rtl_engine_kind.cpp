@@ -11,24 +11,32 @@
 #include "golden/engine/registry.hpp"
 #include "testbench/sim/core/rtl_engine.hpp"
 #include "testbench/sim/core/rtl_pixels.hpp"
+#include "testbench/sim/dram/dram_model.hpp"
 
 namespace retrace {
 namespace {
 
-/// Comma-separated KEY=VALUE: latency=CLOCKS or latency=FROM-TO (drawn for each burst, and answers are mixed), bytes=BYTES a clock. Throws
+/// The name of a simulated DRAM, or comma-separated KEY=VALUE: latency=CLOCKS or latency=FROM-TO (drawn for each burst, and answers are mixed), bytes=BYTES a clock. Throws
 /// UsageError.
 cosim::MemoryOptions parse_memory(const std::string& text) {
+  const auto& drams = cosim::dram_names();
   const auto refuse = [&]() -> UsageError {
-    return UsageError(
-        "--memory takes latency=CLOCKS or latency=FROM-TO with 1 to 100000 clocks, and bytes=BYTES a clock from 0.1 to "
-        "16, as in latency=40,bytes=8, not '" +
-        text + "'");
+    std::string known;
+    for (const std::string& name : drams) known += name + ", ";
+    return UsageError("--memory takes " + known +
+                      "or latency=CLOCKS or latency=FROM-TO with 1 to 100000 clocks, and bytes=BYTES a clock from 0.1 "
+                      "to 16, as in latency=40,bytes=8, not '" +
+                      text + "'");
   };
   const auto number = [&](std::string_view digits, auto& value) {
     const auto [end, status] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
     if (status != std::errc() || end != digits.data() + digits.size()) throw refuse();
   };
   cosim::MemoryOptions memory;
+  if (std::find(drams.begin(), drams.end(), text) != drams.end()) {
+    memory.dram = text;
+    return memory;
+  }
   std::string_view rest = text;
   for (bool more = true; more;) {
     const std::size_t comma = rest.find(',');
@@ -124,8 +132,10 @@ EngineKind rtl_engine_kind() {
         ->capture_default_str()
         ->group("Engine rtl");
     command
-        .add_option("--memory", options->memory,
-                    "Its memory: latency in clocks (or FROM-TO), bytes a clock (the bus unless given)")
+        .add_option(
+            "--memory", options->memory,
+            "Its memory: latency in clocks (or FROM-TO), bytes a clock (the bus unless given); or ddr3, sdr: the DRAM "
+            "of a board behind its controller")
         ->capture_default_str()
         ->group("Engine rtl");
     command.add_option("--waves", options->rtl.waves, "Waves of the whole run (FST)")->group("Engine rtl");

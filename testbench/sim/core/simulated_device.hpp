@@ -1,4 +1,4 @@
-// The device of the simulation: the Verilated core with a modelled memory.
+// The device of the simulation: the Verilated core with a modelled memory, or with a simulated DRAM.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -13,7 +13,6 @@
 
 namespace retrace::cosim {
 
-/// The Verilated core with a modelled memory.
 class SimulatedDevice final : public Device {
  public:
   struct Options {
@@ -31,14 +30,16 @@ class SimulatedDevice final : public Device {
   std::uint64_t allocate(std::uint64_t bytes) override;
   void release_all() override;
   void write_memory(std::uint64_t address, std::span<const std::uint64_t> words) override {
-    memory_.write(address, words);
+    memory_->write(address, words);
   }
-  void read_memory(std::uint64_t address, std::span<std::uint64_t> words) override { memory_.read(address, words); }
+  void read_memory(std::uint64_t address, std::span<std::uint64_t> words) override { memory_->read(address, words); }
   bool wait_interrupt() override;
   std::uint64_t clocks() const override { return model_->clocks(); }
 
-  AxiMemory& memory() { return memory_; }
-  const AxiMemory& memory() const { return memory_; }
+  /// The modelled memory; std::bad_cast where a DRAM is simulated.
+  AxiMemory& memory() { return dynamic_cast<AxiMemory&>(*memory_); }
+  BusMemory& bus_memory() { return *memory_; }
+  const BusMemory& bus_memory() const { return *memory_; }
   int data_bytes() const { return model_->data_bytes(); }
   /// The port behind read_register() and write_register(), which wait for their answer; what is queued here goes on while clocks pass.
   AxiLiteMaster& registers() { return registers_; }
@@ -56,7 +57,7 @@ class SimulatedDevice final : public Device {
   void finish_registers();
 
   std::unique_ptr<CoreModel> model_;
-  AxiMemory memory_;
+  std::unique_ptr<BusMemory> memory_;
   AxiLiteMaster registers_;
   AxiLiteMonitor lite_monitor_;
   CoreInputs in_;
