@@ -57,8 +57,8 @@ inline ap_uint<32> grid_entry(const word_t* memory, const ap_uint<32>& offset, c
   RT_INLINE
   const ap_uint<32> word = index >> 2;
   const word_t four = memory[word_address(offset, word, 1).to_uint64()];
-  ap_uint<7> place = index;
-  place &= 3;
+  const ap_uint<2> within = index;
+  ap_uint<7> place = within;
   place <<= 5;
   const word_t shifted = four >> place;
   return ap_uint<32>(shifted);

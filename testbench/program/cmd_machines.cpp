@@ -79,6 +79,7 @@ nlohmann::ordered_json measure(const LoadedScene& loaded, const Machine& machine
   std::vector<RayWork> work(rays.size());
   TraceOptions options;
   options.threads = threads;
+  options.mailbox = kKernelMailbox;  // of the machines that have one
   const bool counts = engine->counts_work();
   engine->trace(rays, hits, counts ? std::span(work) : std::span<RayWork>(), options);
   // The RTL core does what the kernel does, which counts.

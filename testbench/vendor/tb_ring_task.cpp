@@ -1,13 +1,19 @@
 // Testbench of one task of the ring for any C++ compiler and co-simulation: RETRACE_RING_TASK names it. The tasks are a network of Kahn's, so what a
 // task writes depends only on the words it reads: all words of its input streams that a run of the whole ring had go in, and it has to write those
 // of its output streams. Tasks that write to memory have to write the hits, work and totals of that run. Returns 0 on success.
-#define RETRACE_STREAM_DEPTH 4096
 #include <vector>
 
 #include "../../hls/ring/ring.hpp"
 #include "stage_bench.hpp"
 
 using namespace retrace::hls;
+
+// All words of a stream go in before the task runs. The testbench's stream has bounds.
+#if defined(RETRACE_HLS_STREAM_H)
+#define RETRACE_DEPTH , 4096
+#else
+#define RETRACE_DEPTH
+#endif
 
 #define RETRACE_NAME_OF(name) #name
 #define RETRACE_NAME(name) RETRACE_NAME_OF(name)
@@ -134,7 +140,7 @@ int main() {
   (void)parent_links, (void)mailbox, (void)write_work, (void)fault, (void)hits, (void)work, (void)summary;
 
 #define RETRACE_FILL(name, word, places, writer, reader) \
-  hls::stream<word> name;                                \
+  hls::stream<word> name(#name RETRACE_DEPTH);           \
   if (same(#reader, kTask))                              \
     for (const auto& row : recorded::name) name.write(join<word>(row, sizeof(row) / 8));
   RETRACE_RING_STREAMS(RETRACE_FILL)

@@ -26,6 +26,9 @@ namespace {
 
 using accel::GridImage;
 
+/// Scenes for cameras are snapped with this reach, as those for pictures on the chip: a camera's record holds their box.
+constexpr double kCameraReach = 7.0 / 8.0;
+
 constexpr StreamVariant kVariants[] = {StreamVariant::kMultiPass, StreamVariant::kBranching};
 
 struct Case {
@@ -106,32 +109,45 @@ TEST(Streaming, both_variants_give_the_bits_of_the_plain_model) {
 
 TEST(Streaming, finds_what_the_grid_of_the_lab_finds) {
   const std::uint64_t seed = test_seed();
-  std::uint64_t hits = 0, same = 0, rays = 0;
+  std::uint64_t hits = 0, same = 0, rays = 0, by_itself = 0;
   for (const char* name : kScenes) {
     const Case c(name, 3000, seed);
     const Outcome r = run(c.grid.words(), c.traced.grid.box, c.rays, StreamVariant::kMultiPass);
+    std::vector<Hit> exact(c.rays.size());
+    make_golden_engine(c.traced.grid, c.traced.image)->trace(c.rays, exact, {}, {});
     const accel::TriangleSet set = accel::from_grid(c.traced.grid);
     const auto grid = accel::make_grid(set, accel::GridDensity::kPharrExact);
     accel::Probe probe;
     const Comparator comparator(c.traced.grid);
     for (std::size_t i = 0; i < c.rays.size(); ++i) {
-      Hit golden;
+      const Verdict to_golden = comparator.compare(c.rays[i], exact[i], r.hits[i]);
+      ASSERT_NE(to_golden.agreement, Agreement::kViolation)
+          << name << " ray " << i << " seed " << seed << ": " << to_golden.reason << ", ids " << exact[i].id << " and "
+          << r.hits[i].id;
+      ASSERT_FALSE(to_golden.lost) << name << " ray " << i << " seed " << seed;
+      Hit lab;
       if (!c.rays[i].outside) {
         const accel::Hit hit = grid->trace(accel::from_grid(c.rays[i]), probe);
-        if (hit.hit()) golden = {contract::kStatusHit, hit.id, hit.t, hit.u, hit.v};
+        if (hit.hit()) lab = {contract::kStatusHit, hit.id, hit.t, hit.u, hit.v};
       }
-      const Verdict verdict = comparator.compare(c.rays[i], golden, r.hits[i]);
-      ASSERT_NE(verdict.agreement, Agreement::kViolation)
-          << name << " ray " << i << " seed " << seed << ": " << verdict.reason << ", ids " << golden.id << " and "
-          << r.hits[i].id;
-      ASSERT_FALSE(verdict.lost) << name << " ray " << i << " seed " << seed;
-      same += verdict.agreement == Agreement::kSame;
-      hits += golden.hit();
+      const Verdict to_lab = comparator.compare(c.rays[i], lab, r.hits[i]);
+      ASSERT_FALSE(to_lab.lost) << name << " ray " << i << " seed " << seed;
+      // The lab rounds t, so it may leave out a triangle on which the ray begins. Then the exact engine stands with the machine.
+      if (to_lab.agreement == Agreement::kViolation) {
+        ASSERT_EQ(to_golden.agreement, Agreement::kSame)
+            << name << " ray " << i << " seed " << seed << ": " << to_lab.reason << ", ids " << lab.id << " and "
+            << r.hits[i].id;
+        ++by_itself;
+      }
+      same += to_lab.agreement == Agreement::kSame;
+      hits += lab.hit();
       ++rays;
     }
   }
-  std::printf("%llu rays, %llu hits, %llu the same\n", static_cast<unsigned long long>(rays),
-              static_cast<unsigned long long>(hits), static_cast<unsigned long long>(same));
+  EXPECT_LT(100 * by_itself, rays);
+  std::printf("%llu rays, %llu hits, %llu the same as in the lab, %llu where the lab stands by itself\n",
+              static_cast<unsigned long long>(rays), static_cast<unsigned long long>(hits),
+              static_cast<unsigned long long>(same), static_cast<unsigned long long>(by_itself));
   EXPECT_GT(hits, rays / 3);
 }
 
@@ -167,7 +183,7 @@ TEST(GridImage, a_damaged_one_is_refused_and_the_record_named) {
   with_header([](Header& h) { h.resolution[1] = 0; }, "no voxels on axis 1");
   with_header([](Header& h) { h.side[2] = 0; }, "side 0 on axis 2");
   with_header([](Header& h) { h.side[0] = 1 << 25; }, "leaves the box of positions on axis 0");
-  with_header([](Header& h) { ++h.list_offset; }, "expected");
+  with_header([](Header& h) { ++h.list_offset; }, "overlap");
   with_header([](Header& h) { h.list_offset = 0; }, "overlap");
   with_header([](Header& h) { ++h.triangle_count; }, "overlap");
   with_header([](Header& h) { --h.step_limit; }, "step limit");
@@ -238,8 +254,8 @@ TEST(Streaming, a_ray_that_uses_up_the_step_limit_says_so) {
 TEST(Streaming, eye_rays_are_those_of_the_golden_raster) {
   const std::uint64_t seed = test_seed();
   Random random(seed);
-  const Case c("box", 1, 1);
-  const auto& h = c.grid.header();
+  const GridImage image = GridImage::build(snap(flatten(open_scene("box")), kCameraReach));
+  const auto& h = image.header();
   std::array<std::int32_t, 6> box;
   for (int a = 0; a < 3; ++a) {
     box[2 * a] = h.lower[a];
@@ -249,7 +265,7 @@ TEST(Streaming, eye_rays_are_those_of_the_golden_raster) {
   for (int n = 0; n < 40; ++n) {
     const contract::CameraRecord camera = random_camera(random, box);
     const contract::FrameRecord frame = random_frame(random, 20);
-    const EyeRays made = eye_rays_by_kernel(c.grid.words(), camera, frame, n % 4);
+    const EyeRays made = eye_rays_by_kernel(image.words(), camera, frame, n % 4);
     for (std::uint32_t pixel = 0; pixel < frame.width * frame.height; ++pixel) {
       const auto golden = golden::raster(camera, frame, box, pixel % frame.width, pixel / frame.width, n % 4);
       const light_model::Note& note = made.notes[pixel];

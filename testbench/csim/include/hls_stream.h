@@ -9,11 +9,6 @@
 #include <cstdlib>
 #include <deque>
 
-/// Words of a stream that no one gives a depth.
-#ifndef RETRACE_STREAM_DEPTH
-#define RETRACE_STREAM_DEPTH 64
-#endif
-
 namespace hls {
 
 /// What of a stream does not depend on its words.
@@ -53,7 +48,7 @@ template <typename T, int kDepth = 0>
 class stream : public stream_base {
  public:
   /// `name` appears in messages; `depth` is the number of words it holds (the template argument wins if it is not 0).
-  explicit stream(const char* name = "unnamed", std::size_t depth = RETRACE_STREAM_DEPTH)
+  explicit stream(const char* name = "unnamed", std::size_t depth = 64)
       : stream_base(name, kDepth != 0 ? kDepth : depth) {}
   ~stream() {
     if (!words_.empty()) std::fprintf(stderr, "hls::stream %s: %zu words left over\n", name_, words_.size());
