@@ -86,6 +86,14 @@ class Grid final : public Structure {
     }
   }
 
+  /// Of that resolution, or of less where its references are too many.
+  Grid(const TriangleSet& set, const glm::ivec3& resolution) : set_(set), by_box_(false), n_(resolution) {
+    while (!fill()) n_ = glm::max(n_ / 2, glm::ivec3(1));
+  }
+
+  const glm::ivec3& resolution() const { return n_; }
+  VoxelLists take_lists() && { return {n_, std::move(offsets_), std::move(references_)}; }
+
   const BuildSteps& steps() const { return steps_; }
   bool duplicates_references() const override { return true; }
   std::size_t size() const override { return set_.triangles.size(); }
@@ -217,6 +225,12 @@ std::unique_ptr<Structure> make_grid(const TriangleSet& set, GridDensity density
   auto grid = std::make_unique<Grid>(set, density);
   if (steps) *steps = grid->steps();
   return grid;
+}
+
+glm::ivec3 grid_resolution(const TriangleSet& set) { return Grid(set, GridDensity::kPharrExact).resolution(); }
+
+VoxelLists list_voxels(const TriangleSet& set, const glm::ivec3& resolution) {
+  return Grid(set, resolution).take_lists();
 }
 
 }  // namespace retrace::accel

@@ -27,6 +27,16 @@ enum class GridDensity {
 /// At most 64 voxels and 16 references a triangle: where the density asks for more, the grid is coarser.
 std::unique_ptr<Structure> make_grid(const TriangleSet& set, GridDensity density, BuildSteps* steps = nullptr);
 
+/// What stands in which voxel: voxel (x, y, z) has references offsets[v] .. offsets[v + 1] - 1, v = (z ny + y) nx + x.
+struct VoxelLists {
+  glm::ivec3 resolution{1};
+  std::vector<std::uint32_t> offsets, references;
+};
+/// Voxels on each axis of the grid kPharrExact.
+glm::ivec3 grid_resolution(const TriangleSet& set);
+/// Triangles in each voxel (widened by kMargin) of a grid over the set's box; of a lower resolution where that one takes too many references.
+VoxelLists list_voxels(const TriangleSet& set, const glm::ivec3& resolution);
+
 // ---------------------------------------------------------------------------- kd-tree, over the memory image (kd.cpp)
 enum class KdTraversal {
   kStack,           ///< near child first, far child on a stack

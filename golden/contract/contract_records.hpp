@@ -1105,6 +1105,98 @@ struct HeaderRecord {
   friend bool operator==(const HeaderRecord&, const HeaderRecord&) = default;
 };
 
+/// First line of a grid image. Offsets and sizes are in 64-byte lines. Voxel (x, y, z) has entry (z ny + y) nx + x of the voxels: where its list begins, or grid_empty.
+struct GridHeaderRecord {
+  static constexpr int kWords = 8;
+  std::uint32_t magic{};  ///< grid_magic.
+  std::uint32_t version{};  ///< grid_version.
+  std::uint32_t lines{};  ///< Length of the image in lines, header included.
+  std::uint32_t checksum{};  ///< CRC-32 (IEEE) of the whole image with this word 0.
+  std::uint32_t voxel_offset{};  ///< First line of the voxels (32-bit entries).
+  std::uint32_t list_offset{};  ///< First line of the triangle lists (32-bit entries: a triangle, and whether it is the last of its list).
+  std::uint32_t list_count{};
+  std::uint32_t triangle_offset{};  ///< First line of the triangle records.
+  std::uint32_t triangle_count{};
+  std::uint32_t step_limit{};  ///< No ray takes more voxels and triangles over this image.
+  std::array<std::int32_t, 3> lower{};  ///< Lower corner of the grid.
+  std::array<std::int32_t, 3> side{};  ///< Sides of a voxel; voxel i of an axis lies between lower + i side and lower + (i + 1) side.
+  std::array<std::uint32_t, 3> resolution{};  ///< Voxels on each axis.
+
+  static constexpr GridHeaderRecord unpack(const std::uint64_t* words) {
+    GridHeaderRecord r;
+    r.magic = static_cast<std::uint32_t>(detail::get_bits(words, 0, 32));
+    r.version = static_cast<std::uint32_t>(detail::get_bits(words, 32, 32));
+    r.lines = static_cast<std::uint32_t>(detail::get_bits(words, 64, 32));
+    r.checksum = static_cast<std::uint32_t>(detail::get_bits(words, 96, 32));
+    r.voxel_offset = static_cast<std::uint32_t>(detail::get_bits(words, 128, 32));
+    r.list_offset = static_cast<std::uint32_t>(detail::get_bits(words, 160, 32));
+    r.list_count = static_cast<std::uint32_t>(detail::get_bits(words, 192, 32));
+    r.triangle_offset = static_cast<std::uint32_t>(detail::get_bits(words, 224, 32));
+    r.triangle_count = static_cast<std::uint32_t>(detail::get_bits(words, 256, 32));
+    r.step_limit = static_cast<std::uint32_t>(detail::get_bits(words, 288, 32));
+    r.lower[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 320, 27), 27));
+    r.lower[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 347, 27), 27));
+    r.lower[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 374, 27), 27));
+    r.side[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 401, 27), 27));
+    r.side[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 428, 27), 27));
+    r.side[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 455, 27), 27));
+    r.resolution[0] = static_cast<std::uint32_t>(detail::get_bits(words, 482, 10));
+    r.resolution[1] = static_cast<std::uint32_t>(detail::get_bits(words, 492, 10));
+    r.resolution[2] = static_cast<std::uint32_t>(detail::get_bits(words, 502, 10));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 32, magic);
+    detail::put_bits(words, 32, 32, version);
+    detail::put_bits(words, 64, 32, lines);
+    detail::put_bits(words, 96, 32, checksum);
+    detail::put_bits(words, 128, 32, voxel_offset);
+    detail::put_bits(words, 160, 32, list_offset);
+    detail::put_bits(words, 192, 32, list_count);
+    detail::put_bits(words, 224, 32, triangle_offset);
+    detail::put_bits(words, 256, 32, triangle_count);
+    detail::put_bits(words, 288, 32, step_limit);
+    detail::put_bits(words, 320, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(lower[0])));
+    detail::put_bits(words, 347, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(lower[1])));
+    detail::put_bits(words, 374, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(lower[2])));
+    detail::put_bits(words, 401, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(side[0])));
+    detail::put_bits(words, 428, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(side[1])));
+    detail::put_bits(words, 455, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(side[2])));
+    detail::put_bits(words, 482, 10, resolution[0]);
+    detail::put_bits(words, 492, 10, resolution[1]);
+    detail::put_bits(words, 502, 10, resolution[2]);
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    for (auto x : lower) ok = ok && detail::fits_signed(x, 27);
+    for (auto x : side) ok = ok && detail::fits_signed(x, 27);
+    for (auto x : resolution) ok = ok && detail::fits_unsigned(x, 10);
+    return ok;
+  }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    visitor("magic", magic, 32);
+    visitor("version", version, 32);
+    visitor("lines", lines, 32);
+    visitor("checksum", checksum, 32);
+    visitor("voxel_offset", voxel_offset, 32);
+    visitor("list_offset", list_offset, 32);
+    visitor("list_count", list_count, 32);
+    visitor("triangle_offset", triangle_offset, 32);
+    visitor("triangle_count", triangle_count, 32);
+    visitor("step_limit", step_limit, 32);
+    for (auto& x : lower) visitor("lower", x, 27);
+    for (auto& x : side) visitor("side", x, 27);
+    for (auto& x : resolution) visitor("resolution", x, 10);
+  }
+  friend bool operator==(const GridHeaderRecord&, const GridHeaderRecord&) = default;
+};
+
 /// Ray and root box.
 struct RaySetupInRecord {
   static constexpr int kWords = 8;
@@ -2034,6 +2126,126 @@ struct InstanceEnterOutRecord {
     visitor("bad", bad, 1);
   }
   friend bool operator==(const InstanceEnterOutRecord&, const InstanceEnterOutRecord&) = default;
+};
+
+/// What changes of a ray in the streaming machine.
+struct RayStateRecord {
+  static constexpr int kWords = 8;
+  std::uint32_t kernel{};  ///< What it waits for.
+  std::uint32_t fresh{};  ///< It has not looked at its voxel yet.
+  std::array<std::uint32_t, 3> voxel{};  ///< Where it is.
+  std::array<std::int32_t, 3> leave{};  ///< Where it leaves the voxel on each axis.
+  std::uint32_t entry{};  ///< Next entry of the triangle list.
+  std::uint32_t steps{};  ///< Voxels and triangles so far.
+  std::uint32_t voxels{};
+  std::uint32_t tests{};
+  std::uint32_t status{};  ///< Why the ray failed; status_miss as long as it has not.
+  std::uint32_t found{};  ///< t, id and what follows are those of a hit; otherwise t is that of the ray's end.
+  std::uint32_t t{};
+  std::uint32_t id{};
+  std::int64_t edge_u{};
+  std::int64_t edge_v{};
+  std::int32_t dz{};
+  std::uint32_t exponent_u{};
+  std::uint32_t exponent_v{};
+  std::uint32_t ray{};  ///< Number of the ray.
+
+  static constexpr RayStateRecord unpack(const std::uint64_t* words) {
+    RayStateRecord r;
+    r.kernel = static_cast<std::uint32_t>(detail::get_bits(words, 0, 3));
+    r.fresh = static_cast<std::uint32_t>(detail::get_bits(words, 3, 1));
+    r.voxel[0] = static_cast<std::uint32_t>(detail::get_bits(words, 4, 10));
+    r.voxel[1] = static_cast<std::uint32_t>(detail::get_bits(words, 14, 10));
+    r.voxel[2] = static_cast<std::uint32_t>(detail::get_bits(words, 24, 10));
+    r.leave[0] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 34, 28), 28));
+    r.leave[1] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 62, 28), 28));
+    r.leave[2] = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 90, 28), 28));
+    r.entry = static_cast<std::uint32_t>(detail::get_bits(words, 118, 28));
+    r.steps = static_cast<std::uint32_t>(detail::get_bits(words, 146, 32));
+    r.voxels = static_cast<std::uint32_t>(detail::get_bits(words, 178, 25));
+    r.tests = static_cast<std::uint32_t>(detail::get_bits(words, 203, 25));
+    r.status = static_cast<std::uint32_t>(detail::get_bits(words, 228, 4));
+    r.found = static_cast<std::uint32_t>(detail::get_bits(words, 232, 1));
+    r.t = static_cast<std::uint32_t>(detail::get_bits(words, 233, 27));
+    r.id = static_cast<std::uint32_t>(detail::get_bits(words, 260, 32));
+    r.edge_u = static_cast<std::int64_t>(detail::sign_extend(detail::get_bits(words, 292, 55), 55));
+    r.edge_v = static_cast<std::int64_t>(detail::sign_extend(detail::get_bits(words, 347, 55), 55));
+    r.dz = static_cast<std::int32_t>(detail::sign_extend(detail::get_bits(words, 402, 27), 27));
+    r.exponent_u = static_cast<std::uint32_t>(detail::get_bits(words, 429, 6));
+    r.exponent_v = static_cast<std::uint32_t>(detail::get_bits(words, 435, 6));
+    r.ray = static_cast<std::uint32_t>(detail::get_bits(words, 441, 32));
+    return r;
+  }
+
+  constexpr void pack(std::uint64_t* words) const {
+    for (int i = 0; i < kWords; ++i) words[i] = 0;
+    detail::put_bits(words, 0, 3, kernel);
+    detail::put_bits(words, 3, 1, fresh);
+    detail::put_bits(words, 4, 10, voxel[0]);
+    detail::put_bits(words, 14, 10, voxel[1]);
+    detail::put_bits(words, 24, 10, voxel[2]);
+    detail::put_bits(words, 34, 28, static_cast<std::uint64_t>(static_cast<std::int64_t>(leave[0])));
+    detail::put_bits(words, 62, 28, static_cast<std::uint64_t>(static_cast<std::int64_t>(leave[1])));
+    detail::put_bits(words, 90, 28, static_cast<std::uint64_t>(static_cast<std::int64_t>(leave[2])));
+    detail::put_bits(words, 118, 28, entry);
+    detail::put_bits(words, 146, 32, steps);
+    detail::put_bits(words, 178, 25, voxels);
+    detail::put_bits(words, 203, 25, tests);
+    detail::put_bits(words, 228, 4, status);
+    detail::put_bits(words, 232, 1, found);
+    detail::put_bits(words, 233, 27, t);
+    detail::put_bits(words, 260, 32, id);
+    detail::put_bits(words, 292, 55, static_cast<std::uint64_t>(static_cast<std::int64_t>(edge_u)));
+    detail::put_bits(words, 347, 55, static_cast<std::uint64_t>(static_cast<std::int64_t>(edge_v)));
+    detail::put_bits(words, 402, 27, static_cast<std::uint64_t>(static_cast<std::int64_t>(dz)));
+    detail::put_bits(words, 429, 6, exponent_u);
+    detail::put_bits(words, 435, 6, exponent_v);
+    detail::put_bits(words, 441, 32, ray);
+  }
+
+  constexpr bool fits() const {
+    bool ok = true;
+    ok = ok && detail::fits_unsigned(kernel, 3);
+    ok = ok && detail::fits_unsigned(fresh, 1);
+    for (auto x : voxel) ok = ok && detail::fits_unsigned(x, 10);
+    for (auto x : leave) ok = ok && detail::fits_signed(x, 28);
+    ok = ok && detail::fits_unsigned(entry, 28);
+    ok = ok && detail::fits_unsigned(voxels, 25);
+    ok = ok && detail::fits_unsigned(tests, 25);
+    ok = ok && detail::fits_unsigned(status, 4);
+    ok = ok && detail::fits_unsigned(found, 1);
+    ok = ok && detail::fits_unsigned(t, 27);
+    ok = ok && detail::fits_signed(edge_u, 55);
+    ok = ok && detail::fits_signed(edge_v, 55);
+    ok = ok && detail::fits_signed(dz, 27);
+    ok = ok && detail::fits_unsigned(exponent_u, 6);
+    ok = ok && detail::fits_unsigned(exponent_v, 6);
+    return ok;
+  }
+
+  /// Calls visitor(name, value, bits) for every element of every field, lowest bits first.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) {
+    visitor("kernel", kernel, 3);
+    visitor("fresh", fresh, 1);
+    for (auto& x : voxel) visitor("voxel", x, 10);
+    for (auto& x : leave) visitor("leave", x, 28);
+    visitor("entry", entry, 28);
+    visitor("steps", steps, 32);
+    visitor("voxels", voxels, 25);
+    visitor("tests", tests, 25);
+    visitor("status", status, 4);
+    visitor("found", found, 1);
+    visitor("t", t, 27);
+    visitor("id", id, 32);
+    visitor("edge_u", edge_u, 55);
+    visitor("edge_v", edge_v, 55);
+    visitor("dz", dz, 27);
+    visitor("exponent_u", exponent_u, 6);
+    visitor("exponent_v", exponent_v, 6);
+    visitor("ray", ray, 32);
+  }
+  friend bool operator==(const RayStateRecord&, const RayStateRecord&) = default;
 };
 
 }  // namespace retrace::contract

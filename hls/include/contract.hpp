@@ -64,6 +64,8 @@ static constexpr int kNormalFrac = 12;
 static constexpr int kTurnBits = 11;  // Q1.10: Component of a rotation, for shading.
 static constexpr int kTurnFrac = 10;
 static constexpr int kMaterialIndexBits = 25;  // 25 bits: Place in the table of materials, in steps of a material.
+static constexpr int kVoxelBits = 10;  // 10 bits: Place of a voxel on an axis of the grid, or how many there are.
+static constexpr int kKernelBits = 3;  // 3 bits: Kernel of the streaming machine that a ray waits for, see the kernel constants.
 static constexpr int kWord32Bits = 32;  // 32 bits: Plain 32-bit word.
 static constexpr int kFloat64Bits = 64;  // 64 bits: Bits of an IEEE 754 double (host only).
 
@@ -102,6 +104,13 @@ static constexpr int kPixelColour = 0;  // Pixel of 4 bytes: red, green, blue, 2
 static constexpr int kPixelDepth = 1;  // Pixel of 4 bytes: t of the hit along the camera's ray, all ones without a hit. One sample.
 static constexpr int kPixelId = 2;  // Pixel of 4 bytes: triangle id, no_triangle without a hit. One sample.
 static constexpr int kPixelHit = 3;  // Pixel of 8 bytes: depth, then id. One sample.
+static constexpr int kGridMagic = 1196119122;  // 'RTKG', first word of a grid image.
+static constexpr int kGridVersion = 1;  // Version of the grid image.
+static constexpr unsigned kGridEmpty = 4294967295u;  // Entry of a voxel without triangles.
+static constexpr int kGridLastLog2 = 31;  // Bit of an entry of the triangle lists: the last of its list.
+static constexpr int kKernelDone = 0;  // The ray has its hit, or an error.
+static constexpr int kKernelTraverse = 1;  // The ray wants its next voxel.
+static constexpr int kKernelIntersect = 2;  // The ray is in a voxel with triangles that it has not tested.
 
 static constexpr int kNodePairBytes = 16;  // Two siblings and the parent they share. 16 bytes: four pairs a 64-byte line, 8 bytes a node.
 static constexpr int kLeafBytes = 64;  // Leaf: six bounding planes, six face links, parent, references. In this order: the fewer references, the less has to be read.
@@ -119,6 +128,7 @@ static constexpr int kHitBytes = 16;  // Hit as the core writes it.
 static constexpr int kPlacedHitBytes = 16;  // Hit of a camera's ray as the kernel writes it: where it is, and of which instance.
 static constexpr int kWorkBytes = 16;  // Work of one ray, as the kernels write it on request.
 static constexpr int kHeaderBytes = 128;  // First two lines of a memory image. Offsets and sizes are in 64-byte lines.
+static constexpr int kGridHeaderBytes = 64;  // First line of a grid image. Offsets and sizes are in 64-byte lines. Voxel (x, y, z) has entry (z ny + y) nx + x of the voxels: where its list begins, or grid_empty.
 static constexpr int kRaySetupInBytes = 64;  // Ray and root box.
 static constexpr int kRaySetupOutBytes = 64;  // Ray state: the ray, its reciprocals, and whether it can be traced.
 static constexpr int kKdDescendInBytes = 32;  // Interior node and the ray's values on its axis.
@@ -132,5 +142,6 @@ static constexpr int kTriTestOutBytes = 32;  // Candidate hit: what hit_finish n
 static constexpr int kHitFinishInBytes = 32;  // Best candidate of a ray and the ray's status.
 static constexpr int kInstanceEnterInBytes = 128;  // Instance and ray of the world.
 static constexpr int kInstanceEnterOutBytes = 64;  // Ray of the object. All 0 but bad where it is not entered.
+static constexpr int kRayStateBytes = 64;  // What changes of a ray in the streaming machine.
 
 }  // namespace retrace::contract

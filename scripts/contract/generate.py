@@ -48,7 +48,8 @@ class Contract:
             limit = body.get("used_bits", body["bits"])
             if lsb > limit:
                 sys.exit(f"contract.toml: record.{name}: {lsb} bits used, {limit} there")
-            self.records[name] = dict(bits=body["bits"], used=limit, doc=body["doc"], fields=fields, end=lsb)
+            self.records[name] = dict(bits=body["bits"], used=limit, doc=body["doc"], fields=fields, end=lsb,
+                                      rtl=body.get("rtl", True), stream=body.get("stream", False))
 
     def type_of(self, name, where):
         if name not in self.types:
@@ -239,7 +240,7 @@ def emit_hls(c):
             out += [f"  word_t high{w} = w{2 * w + 1};", f"  high{w} <<= 64;", f"  const word_t low{w} = w{2 * w};",
                     f"  words[{w}] = high{w} | low{w};"]
         out += ["}", ""]
-        if name.endswith(("_in", "_out")) or name == "hit":
+        if name.endswith(("_in", "_out")) or name == "hit" or r["stream"]:
             out += emit_stream(name, r["bits"], words)
     out += ["}  // namespace retrace::hls", ""]
     return "\n".join(out)
@@ -263,7 +264,7 @@ def emit_stream(name, bits, words):
 def emit_sv(c):
     out = ["// SPDX-License-Identifier: Apache-2.0", f"// {NOTE}", "// Types, constants and memory records of the core.", "package rt_contract_pkg;", ""]
     for name, t in c.types.items():
-        if name == "float64":
+        if name == "float64" or not t.get("rtl", True):
             continue
         sign = "signed " if t["signed"] else ""
         out.append(f"  // {c.q(t)}: {t['doc']}")
@@ -273,6 +274,8 @@ def emit_sv(c):
         out.append(f"  typedef logic {sign}[{t['width'] - 1}:0] {name}_t;")
     out.append("")
     for name, k in c.consts.items():
+        if not k.get("rtl", True):
+            continue
         out.append(f"  // {k['doc']}")
         if "type" in k and k["type"] != "float64":
             t = c.types[k["type"]]
@@ -282,6 +285,8 @@ def emit_sv(c):
             out.append(f"  localparam int unsigned {camel(name)} = {k['value']};")
     out.append("")
     for name, r in c.records.items():
+        if not r["rtl"]:
+            continue
         if name == "header":
             for f in r["fields"]:
                 if f["type"] == "word32" and not f["name"].startswith("reserved"):
