@@ -306,10 +306,11 @@ TEST(CsimPixels, TwoLevelsAreTheGoldenModel) {
   for (auto& record : placed) record = random_instance_shade(random);
   std::vector<contract::MaterialRecord> materials(2000);
   for (auto& material : materials) material = random_material(random);
-  for (auto& record : placed)
-    record.material = static_cast<std::uint32_t>(2 * placed.size() + random.below(1500)) -
-                          world.scene.instances[static_cast<std::size_t>(&record - placed.data())].first_id &
-                      ((1u << contract::kMaterialIndexBits) - 1);
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    const std::uint64_t first = 2 * placed.size() + random.below(1500);
+    placed[i].material = (static_cast<std::uint32_t>(first) - world.scene.instances[i].first_id) &
+                         ((1u << contract::kMaterialIndexBits) - 1);
+  }
   const ShadeTable table(placed, materials);
   std::array<std::int32_t, 6> box{};
   for (std::size_t f = 0; f < 6; ++f) box[f] = static_cast<std::int32_t>(image.header().box[f]);

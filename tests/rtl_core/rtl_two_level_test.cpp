@@ -8,6 +8,7 @@
 
 #include "golden/tree/two_level_scene.hpp"
 #include "testbench/csim/csim_engine.hpp"
+#include "testbench/kit/two_level_walk.hpp"
 #include "testbench/kit/two_level_world.hpp"
 #include "testbench/sim/core/rtl_engine.hpp"
 #include "testbench/sim/core/simulated_device.hpp"
@@ -142,11 +143,20 @@ TEST_P(RtlTwoLevels, EqualTheKernelInEveryBitAndInTheirWork) {
           EXPECT_EQ(result.work.skipped, expected.work.skipped);
         }
         EXPECT_EQ(core.device().memory().outside(), 0u);
+        const auto c = core.driver().counters();
+        if (!any && mode.mailbox && !mode.parent_links) {
+          TwoLevelWork walked;
+          for (const GridRay& ray : rays) trace_two_levels(world.scene, ray.record, &walked);
+          EXPECT_EQ(c.entries, walked.entries);
+          EXPECT_EQ(c.entry_passed, walked.rejected);
+        }
         if (!hostile && !any) {
-          const auto c = core.driver().counters();
-          std::printf("%zu instances, %s: %.2f clocks a ray, %.1f down, %.1f leaves, %.2f tests, %.0f bytes\n",
-                      instances, name_of(mode).c_str(), double(c.clocks) / count, double(c.down) / count,
-                      double(c.leaf) / count, double(c.tests) / count, 8.0 * double(c.read_beats) / count);
+          std::printf(
+              "%zu instances, %s: %.2f clocks a ray, %.1f down, %.1f leaves, %.2f tests, %.0f bytes, %.2f entries, "
+              "%.2f clocks of them refused, %.2f at their end\n",
+              instances, name_of(mode).c_str(), double(c.clocks) / count, double(c.down) / count,
+              double(c.leaf) / count, double(c.tests) / count, 8.0 * double(c.read_beats) / count,
+              double(c.entries) / count, double(c.entry_refused) / count, double(c.entry_blocked) / count);
         }
       }
     }
