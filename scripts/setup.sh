@@ -3,6 +3,7 @@
 # line and stops), ap_types out of a pinned wheel into .env/, and with --tools the pinned Python tools of lint and register generation
 # into .env/py, LiteX for the boards' memories into .env/litex, and what only tests look through (Chromium: the lab's page; ffmpeg: videos). Does
 # nothing when all is there.
+# With --sweeps: Snakemake into .env/sweeps, for scripts/sweep; with --slurm: the Debian packages of a Slurm of one's own as well, for its test.
 # With --docs: nothing but what builds the documentation, into .env/docs (scripts/docs.sh calls it).
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -19,12 +20,13 @@ python_tools() {
   cp "$2" "$1/requirements.installed"
 }
 
-packages=(g++ clang cmake ninja-build ccache python3 python3-pip python3-venv pkg-config libglm-dev libopenimageio-dev openimageio-tools
+packages=(g++ clang cmake ninja-build ccache python3 python3-dev python3-pip python3-venv pkg-config libglm-dev libopenimageio-dev openimageio-tools
   libtbb-dev libcli11-dev nlohmann-json3-dev libgtest-dev libgmock-dev libembree-dev gappa assimp-testmodels clang-format clang-tidy
   libclang-rt-14-dev python3-clang-14 verilator make tcl unzip zlib1g-dev)
 # Without these the program works and their tests are skipped.
 if [ "${1:-}" = --tools ]; then packages+=(chromium ffmpeg); fi
-if [ "${1:-}" = --docs ]; then packages=(git python3 python3-venv); fi
+if [ "${1:-}" = --docs ] || [ "${1:-}" = --sweeps ]; then packages=(git python3 python3-venv); fi
+if [ "${1:-}" = --slurm ]; then packages=(git python3 python3-venv slurm-wlm munge); fi
 
 missing=()
 for package in "${packages[@]}"; do
@@ -49,6 +51,11 @@ fi
 
 if [ "${1:-}" = --docs ]; then
   python_tools .env/docs scripts/docs/requirements.txt
+  exit
+fi
+
+if [ "${1:-}" = --sweeps ] || [ "${1:-}" = --slurm ]; then
+  python_tools .env/sweeps scripts/sweeps/requirements.txt
   exit
 fi
 
