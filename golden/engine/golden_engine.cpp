@@ -119,6 +119,17 @@ struct Watcher {
     add(Stage::kTriTest, {{"triangle", double(triangle.id), true}, {"hit", hit ? 1.0 : 0.0, true}});
     if (hit) calls.back().values.push_back({"t", candidate.t, false});
   }
+  void enter(const contract::InstanceEnterInRecord& in, const contract::InstanceEnterOutRecord& entry,
+             std::span<const contract::InstanceRecord> records) {
+    std::array<std::uint64_t, contract::InstanceEnterInRecord::kWords> input;
+    std::array<std::uint64_t, contract::InstanceEnterOutRecord::kWords> output;
+    in.pack(input.data());
+    entry.pack(output.data());
+    calls.push_back(read_stage_call(Stage::kInstanceEnter, input, output));
+    calls.back().input.clear();
+    calls.back().output.clear();
+    name_instance(calls.back(), in, records);
+  }
   void climb(std::uint32_t from, std::uint32_t parent, bool matched, std::uint32_t node) {
     add(Stage::kKdBacktrack,
         {{"from", double(from), true}, {"parent", double(parent), true}, {"matched", matched ? 1.0 : 0.0, true}});
@@ -203,7 +214,6 @@ class GoldenEngine final : public Engine {
   Walk walk(const GridRay& ray, const TraceOptions& options) override {
     check_mailbox(options);
     if (options.way_up == WayUp::kStack) throw Error("golden engine: a walk is shown with parent or face links");
-    if (!instances_.empty()) throw Error("golden engine: it shows walks through one level, not through instances");
     Walk walk;
     const RayState state = ray_setup(ray.record);
     Candidate best{};
@@ -212,6 +222,12 @@ class GoldenEngine final : public Engine {
     Mailbox mailbox(options.mailbox);
     Watcher watcher{walk.calls};
     watcher.setup(state);
+    if (!instances_.empty()) {
+      walk.hit = trace_instances(ray.record, state, options, work, watcher);
+      watcher.finish(walk.hit);
+      find_levels(walk.calls);
+      return walk;
+    }
     walk_without_stack(
         top_, state, options.way_up == WayUp::kParentLinks, work, watcher,
         [&](std::uint32_t leaf) {
@@ -236,10 +252,10 @@ class GoldenEngine final : public Engine {
 
   Hit trace_one(const contract::RayRecord& record, const TraceOptions& options, RayWork& work) const {
     const RayState ray = ray_setup(record);
-    if (!instances_.empty()) return trace_instances(record, ray, options, work);
+    if (!instances_.empty()) return trace_instances(record, ray, options, work, Unwatched{});
     Candidate best{};
     best.t = ray.t_max;
-    search(top_, ray, options, best, work);
+    search(top_, ray, options, best, work, Unwatched{});
     return best.triangle == nullptr ? Hit{} : hit_finish(best);
   }
 
@@ -294,63 +310,75 @@ class GoldenEngine final : public Engine {
   }
 
   /// The nearest hit of one tree that comes before `best`.
-  void search(const Tree& tree, const RayState& ray, const TraceOptions& options, Candidate& best,
-              RayWork& work) const {
+  template <typename Watch>
+  void search(const Tree& tree, const RayState& ray, const TraceOptions& options, Candidate& best, RayWork& work,
+              Watch watch) const {
     if (options.mailbox > 0) {
       Mailbox mailbox(options.mailbox);
       walk(
-          tree, ray, options.way_up, work,
-          [&](std::uint32_t leaf) { return test_leaf(leaf, ray, best, work, &mailbox, Unwatched{}); }, best.t);
+          tree, ray, options.way_up, work, watch,
+          [&](std::uint32_t leaf) { return test_leaf(leaf, ray, best, work, &mailbox, watch); }, best.t);
     } else {
       walk(
-          tree, ray, options.way_up, work,
-          [&](std::uint32_t leaf) {
-            return test_leaf(leaf, ray, best, work, static_cast<Mailbox*>(nullptr), Unwatched{});
-          },
+          tree, ray, options.way_up, work, watch,
+          [&](std::uint32_t leaf) { return test_leaf(leaf, ray, best, work, static_cast<Mailbox*>(nullptr), watch); },
           best.t);
     }
   }
 
   /// Two levels.
+  template <typename Watch>
   Hit trace_instances(const contract::RayRecord& record, const RayState& ray, const TraceOptions& options,
-                      RayWork& work) const {
+                      RayWork& work, Watch watch) const {
     constexpr int kInstanceMailbox = 4;
     Hit best;
     best.t = ray.t_max;
     double object_t = 0.0;
     std::uint32_t holder = contract::kNoTriangle, object_id = 0;
     Mailbox mailbox(kInstanceMailbox);
+    std::vector<contract::InstanceRecord> records;
+    if constexpr (Watch::kWatches)
+      for (const Instance& instance : instances_) records.push_back(instance.record);
+    /// Whether the ray went in.
     const auto enter = [&](std::uint32_t number) {
       const Instance& instance = instances_[number];
       // The whole ray: what is nearer than the best hit so far is decided in doubles.
-      const auto entry = instance_enter(instance_enter_in(instance.record, record, record.t_max + 1));
-      if (!entry.enters) return;
+      const auto in = instance_enter_in(instance.record, record, record.t_max + 1);
+      const auto entry = instance_enter(in);
+      if (!entry.enters) {
+        if constexpr (Watch::kWatches) watch.enter(in, {}, records);
+        return false;
+      }
       RayState inside = ray_setup(object_ray(entry));
       inside.any = ray.any;
       const double start = entry.start * (1.0 / (1 << contract::kEntryStartFrac));
       Candidate candidate{};
       // A hit as near as the best one may still win.
       candidate.t = std::min(inside.t_max, std::ldexp(best.t, static_cast<int>(entry.scale)) - start);
-      if (candidate.t < 0.0) return;
-      search(instance.tree, inside, options, candidate, work);
-      if (candidate.triangle == nullptr) return;
+      if constexpr (Watch::kWatches) watch.enter(in, candidate.t < 0.0 ? decltype(entry){} : entry, records);
+      if (candidate.t < 0.0) return false;
+      search(instance.tree, inside, options, candidate, work, watch);
+      if (candidate.triangle == nullptr) return true;
       const double t = world_t(candidate.t, entry);
       const auto key = [](double world, std::uint32_t i, double object, std::uint32_t id) {
         return std::tuple(world, i, object, id);
       };
       if (best.hit() && key(t, number, candidate.t, candidate.triangle->id) > key(best.t, holder, object_t, object_id))
-        return;
+        return true;
       holder = number;
       object_t = candidate.t;
       object_id = candidate.triangle->id;
       best = hit_finish(candidate);
       best.id += instance.record.first_id;
       best.t = t;
+      return true;
     };
     walk(
-        top_, ray, options.way_up, work,
+        top_, ray, options.way_up, work, watch,
         [&](std::uint32_t leaf) {
           ++work.leaf;
+          StageCall at_leaf;
+          if constexpr (Watch::kWatches) at_leaf = watch.calls.back();
           const auto [first, count] = ranges_[leaf];
           for (std::uint32_t i = first; i < first + count; ++i) {
             const std::uint32_t number = references_[i];
@@ -359,8 +387,11 @@ class GoldenEngine final : public Engine {
               ++work.skipped;
               continue;
             }
-            enter(number);
+            const bool entered = enter(number);
             if (ray.any && best.hit()) return true;
+            // Back from the object the leaf is read again, and left again.
+            if constexpr (Watch::kWatches)
+              if (entered) watch.calls.push_back(at_leaf);
           }
           return false;
         },
@@ -369,13 +400,13 @@ class GoldenEngine final : public Engine {
   }
 
   /// `test(leaf)`: whether the ray is finished; `nearest`: how far the tree has to be searched.
-  template <typename Test>
-  void walk(const Tree& tree, const RayState& ray, WayUp way_up, RayWork& work, Test test,
+  template <typename Watch, typename Test>
+  void walk(const Tree& tree, const RayState& ray, WayUp way_up, RayWork& work, Watch watch, Test test,
             const double& nearest) const {
     if (way_up == WayUp::kStack) {
       walk_with_stack(tree, ray, work, test, nearest);
     } else {
-      walk_without_stack(tree, ray, way_up == WayUp::kParentLinks, work, Unwatched{}, test, nearest);
+      walk_without_stack(tree, ray, way_up == WayUp::kParentLinks, work, watch, test, nearest);
     }
   }
 
@@ -458,12 +489,12 @@ class GoldenEngine final : public Engine {
       }
       const std::uint32_t leaf = nodes_[node].child();
       const LeafExit exit = leaf_exit(ray, leaves_[leaf].bound);
+      if constexpr (Watch::kWatches) watch.exit(leaves_[leaf], t, exit);
       // An object's ray may pass its root box by, within the tolerance of the entry.
       if (exit.t_exit < t) {
         assert(tree.root != 0);
         return;
       }
-      if constexpr (Watch::kWatches) watch.exit(leaves_[leaf], t, exit);
       if (test(leaf) || nearest <= exit.t_exit) return;
       t = exit.t_exit;
       if (parent_links) {
@@ -520,6 +551,7 @@ EngineKind golden_engine_kind() {
   kind.two_level = true;
   kind.instances = true;
   kind.shows_walks = true;
+  kind.shows_entries = true;
   kind.make = [](const GridScene& scene, const MemoryImage& image, const std::string&) {
     return make_golden_engine(scene, image);
   };

@@ -42,6 +42,7 @@ struct EngineKind {
   bool instances = false;       ///< traces images of two levels
   bool counts_work = true;      ///< knows the work of each ray
   bool shows_walks = false;     ///< has Engine::walk
+  bool shows_entries = false;   ///< of images of two levels, too
   std::function<void(CLI::App&)> add_options;  ///< may be empty
   /// What it did so far, one line for people. May be empty.
   std::function<std::string(const Engine&)> summary;

@@ -89,6 +89,8 @@ std::string first_bits_of(const StageCall& a, const StageCall& b) {
           in.status != kStatusHit && in.status == HitFinishInRecord::unpack(b.input.data()).status)
         return first_field<HitRecord>(a.output, b.output, "output");
       return first_bits<HitFinishInRecord, HitRecord>(a, b);
+    case Stage::kInstanceEnter:
+      return first_bits<InstanceEnterInRecord, InstanceEnterOutRecord>(a, b);
   }
   return {};
 }
@@ -98,8 +100,8 @@ std::string first_bits_of(const StageCall& a, const StageCall& b) {
 Walk Engine::walk(const GridRay&, const TraceOptions&) { throw Error("engine " + name() + " does not show its walk"); }
 
 const char* to_string(Stage stage) {
-  constexpr std::array<const char*, kStages> kNames = {"ray_setup", "kd_descend",   "leaf_exit",
-                                                       "tri_test",  "kd_backtrack", "hit_finish"};
+  constexpr std::array<const char*, kStages> kNames = {"ray_setup",    "kd_descend", "leaf_exit",     "tri_test",
+                                                       "kd_backtrack", "hit_finish", "instance_enter"};
   return kNames[static_cast<std::size_t>(stage)];
 }
 
@@ -128,6 +130,8 @@ StageWords words_of(Stage stage) {
       return {KdBacktrackInRecord::kWords, KdBacktrackOutRecord::kWords};
     case Stage::kHitFinish:
       return {HitFinishInRecord::kWords, HitRecord::kWords};
+    case Stage::kInstanceEnter:
+      return {InstanceEnterInRecord::kWords, InstanceEnterOutRecord::kWords};
   }
   return {0, 0};
 }
@@ -192,8 +196,45 @@ StageCall read_stage_call(Stage stage, Words input, Words output) {
       call.values.push_back(measure("v", out.v * (1.0 / (1 << kBarycentricFrac))));
       break;
     }
+    case Stage::kInstanceEnter: {
+      read<InstanceEnterInRecord>(input, call.input);
+      const auto out = read<InstanceEnterOutRecord>(output, call.output);
+      call.values = {choice("enters", out.enters)};
+      if (out.enters == 0) break;
+      call.values.push_back(choice("scale", out.scale));
+      call.values.push_back(measure("start", out.start * (1.0 / (1 << kEntryStartFrac))));
+      constexpr std::array<const char*, 3> kOrigin = {"origin_x", "origin_y", "origin_z"};
+      for (std::size_t i = 0; i < 3; ++i) call.values.push_back(measure(kOrigin[i], out.origin[i] * kPositionUnit));
+      break;
+    }
   }
   return call;
+}
+
+void find_levels(std::vector<StageCall>& calls) {
+  constexpr std::array<const char*, 8> kPlace = {"low_x", "high_x", "low_y", "high_y",
+                                                 "low_z", "high_z", "t",     "t_exit"};
+  const StageCall* leaf = nullptr;  // the last one of the top level
+  int level = 0;
+  for (StageCall& call : calls) {
+    if (call.stage == Stage::kLeafExit) {
+      if (level == 1 && leaf != nullptr &&
+          std::ranges::all_of(kPlace, [&](const char* name) { return call.value(name) == leaf->value(name); }))
+        level = 0;
+      if (level == 0) leaf = &call;
+    }
+    if (call.stage == Stage::kHitFinish) level = 0;
+    call.level = level;
+    if (call.stage == Stage::kInstanceEnter && call.value("enters") != 0) level = 1;
+  }
+}
+
+void name_instance(StageCall& call, const contract::InstanceEnterInRecord& in,
+                   std::span<const contract::InstanceRecord> instances) {
+  const auto found = std::ranges::find_if(instances, [&](const contract::InstanceRecord& record) {
+    return record.m == in.m && record.b == in.b && record.e == in.e && record.box == in.box;
+  });
+  call.values.insert(call.values.begin(), choice("instance", static_cast<double>(found - instances.begin())));
 }
 
 bool agree_in_bits(const StageCall& a, const StageCall& b) { return a.stage == b.stage && first_bits_of(a, b).empty(); }

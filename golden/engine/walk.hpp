@@ -7,12 +7,21 @@
 #include <vector>
 
 #include "engine.hpp"
+#include "golden/contract/contract_records.hpp"
 
 namespace retrace {
 
-/// The stages of the datapath, in the order in which a ray meets them.
-enum class Stage : std::uint8_t { kRaySetup, kKdDescend, kLeafExit, kTriTest, kKdBacktrack, kHitFinish };
-inline constexpr std::size_t kStages = 6;
+/// The stages of the datapath, in the order in which a ray meets them; then that of two levels. The probes of the RTL use these numbers.
+enum class Stage : std::uint8_t {
+  kRaySetup,
+  kKdDescend,
+  kLeafExit,
+  kTriTest,
+  kKdBacktrack,
+  kHitFinish,
+  kInstanceEnter
+};
+inline constexpr std::size_t kStages = 7;
 const char* to_string(Stage stage);
 
 /// A value that a stage was given or gave. A choice is a whole number that decides where the walk goes on (a node, a face, a triangle, a
@@ -29,6 +38,9 @@ struct StageCall {
   std::vector<StageValue> values;
   std::vector<std::uint64_t> input, output;
 
+  /// Level of the tree in which the ray stood: 1 in an object of a scene of two levels.
+  int level = 0;
+
   /// The value of that name; nullptr if the stage has none.
   const StageValue* find(std::string_view name) const;
   /// Its number; 0 if the stage has none.
@@ -42,6 +54,13 @@ struct Walk {
 
 /// The call that these records describe, 64-bit words of the contract's layout. Bits beyond a record's fields are ignored.
 StageCall read_stage_call(Stage stage, std::span<const std::uint64_t> input, std::span<const std::uint64_t> output);
+
+/// Writes the levels of the calls of one walk: an entry leads into an object, and a leaf_exit at the leaf that held the instance, as before, out.
+void find_levels(std::vector<StageCall>& calls);
+
+/// Says which instance a call of instance_enter is about: the first of those that stand at the same place, which its records do not tell apart.
+void name_instance(StageCall& call, const contract::InstanceEnterInRecord& in,
+                   std::span<const contract::InstanceRecord> instances);
 
 /// Words of the records of a stage.
 struct StageWords {

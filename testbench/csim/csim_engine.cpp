@@ -71,9 +71,7 @@ class Simulation final : public CsimEngine {
 
   Walk walk(const GridRay& ray, const TraceOptions& options) override {
     check(options);
-    if (contract::HeaderRecord::unpack(image_.data()).version ==
-        static_cast<std::uint32_t>(contract::kImageVersionTwoLevels))
-      throw Error("csim engine: it shows walks through one level, not through instances");
+    const std::vector<contract::InstanceRecord> instances = instances_of_image();
     std::array<std::uint64_t, contract::RayRecord::kWords> ray_words;
     std::array<std::uint64_t, contract::HitRecord::kWords> hit_words;
     std::array<ap_uint<64>, kSummaryWords> summary;
@@ -82,16 +80,32 @@ class Simulation final : public CsimEngine {
     watched_trace(
         [&](Stage stage, std::span<const std::uint64_t> input, std::span<const std::uint64_t> output) {
           walk.calls.push_back(read_stage_call(stage, input, output));
+          if (stage == Stage::kInstanceEnter)
+            name_instance(walk.calls.back(), contract::InstanceEnterInRecord::unpack(input.data()), instances);
         },
         reinterpret_cast<const word_t*>(image_.data()), reinterpret_cast<const word_t*>(ray_words.data()),
         reinterpret_cast<word_t*>(hit_words.data()), summary.data(), image_.size() / MemoryImage::kLineWords, 1,
         option_bits(options));
     check_fault(summary);
     walk.hit = unpack_hit(hit_words);
+    find_levels(walk.calls);
     return walk;
   }
 
  private:
+  /// As far as the image has them; it need not have been checked.
+  std::vector<contract::InstanceRecord> instances_of_image() const {
+    const auto header = contract::HeaderRecord::unpack(image_.data());
+    std::vector<contract::InstanceRecord> instances;
+    if (header.version != static_cast<std::uint32_t>(contract::kImageVersionTwoLevels)) return instances;
+    std::size_t at = std::size_t{header.instance_offset} * MemoryImage::kLineWords;
+    for (std::uint32_t i = 0; i < header.instance_count; ++i, at += contract::InstanceRecord::kWords) {
+      if (at + contract::InstanceRecord::kWords > image_.size()) break;
+      instances.push_back(contract::InstanceRecord::unpack(image_.data() + at));
+    }
+    return instances;
+  }
+
   using Summary = std::array<ap_uint<64>, kSummaryWords>;
 
   static void check(const TraceOptions& options) {
@@ -177,6 +191,7 @@ EngineKind csim_engine_kind() {
   kind.name = "csim";
   kind.help = "the fixed-point HLS kernel in C simulation, on all cores";
   kind.shows_walks = true;
+  kind.shows_entries = true;
   kind.instances = true;
   kind.make = [](const GridScene&, const MemoryImage& image, const std::string&) -> std::unique_ptr<Engine> {
     return make_csim_engine(image);

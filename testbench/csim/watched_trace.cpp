@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "hls/stages/hit_finish.hpp"
+#include "hls/stages/instance_enter.hpp"
 #include "hls/stages/kd_backtrack.hpp"
 #include "hls/stages/kd_descend.hpp"
 #include "hls/stages/leaf_exit.hpp"
@@ -46,6 +47,7 @@ namespace retrace::hls {
 #define RETRACE_PACK_tri_test pack_tri_test_out
 #define RETRACE_PACK_kd_backtrack pack_kd_backtrack_out
 #define RETRACE_PACK_hit_finish pack_hit
+#define RETRACE_PACK_instance_enter pack_instance_enter_out
 RETRACE_WATCHED(ray_setup, Stage::kRaySetup, ray_setup_in, kRaySetupInWords, ray_setup_out_record, kRaySetupOutWords)
 RETRACE_WATCHED(kd_descend, Stage::kKdDescend, kd_descend_in, kKdDescendInWords, kd_descend_out_record,
                 kKdDescendOutWords)
@@ -54,6 +56,8 @@ RETRACE_WATCHED(tri_test, Stage::kTriTest, tri_test_in, kTriTestInWords, tri_tes
 RETRACE_WATCHED(kd_backtrack, Stage::kKdBacktrack, kd_backtrack_in, kKdBacktrackInWords, kd_backtrack_out_record,
                 kKdBacktrackOutWords)
 RETRACE_WATCHED(hit_finish, Stage::kHitFinish, hit_finish_in, kHitFinishInWords, hit_record, kHitWords)
+RETRACE_WATCHED(instance_enter, Stage::kInstanceEnter, instance_enter_in, kInstanceEnterInWords,
+                instance_enter_out_record, kInstanceEnterOutWords)
 // NOLINTEND(bugprone-macro-parentheses)
 
 }  // namespace retrace::hls
@@ -64,6 +68,7 @@ RETRACE_WATCHED(hit_finish, Stage::kHitFinish, hit_finish_in, kHitFinishInWords,
 #define tri_test watched_tri_test
 #define kd_backtrack watched_kd_backtrack
 #define hit_finish watched_hit_finish
+#define instance_enter watched_instance_enter
 #define retrace_trace retrace_watched_trace
 extern "C" void retrace_watched_trace(const retrace::hls::word_t* pairs, const retrace::hls::word_t* leaves,
                                       const retrace::hls::word_t* list, const retrace::hls::word_t* triangles,

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 
@@ -21,7 +22,7 @@ struct ExplainArguments {
   std::string scene, engines, size = "640x480", camera, way_up = "face", output, stats;
   std::vector<int> pixel;
   std::vector<double> ray;
-  bool any = false;
+  bool any = false, all_engines = false;  ///< none were named
   TraceOptions trace;
 };
 
@@ -56,6 +57,15 @@ std::string told(const StageCall& call) {
         std::snprintf(text, sizeof text, "up to %.0f", v("parent"));
       }
       break;
+    case Stage::kInstanceEnter:
+      if (v("enters") != 0) {
+        std::snprintf(text, sizeof text, "instance %.0f: in at t %.7f, at %.5f %.5f %.5f of its object", v("instance"),
+                      std::ldexp(v("start"), -static_cast<int>(v("scale"))), v("origin_x"), v("origin_y"),
+                      v("origin_z"));
+      } else {
+        std::snprintf(text, sizeof text, "instance %.0f: passes it by, or nearer ones are hit", v("instance"));
+      }
+      break;
     case Stage::kHitFinish:
       if (v("status") == contract::kStatusHit) {
         std::snprintf(text, sizeof text, "triangle %.0f, t %.7f, u %.4f, v %.4f", v("triangle"), v("t"), v("u"),
@@ -66,13 +76,14 @@ std::string told(const StageCall& call) {
       }
       break;
   }
-  return text;
+  return call.level > 0 ? std::string("| ") + text : text;
 }
 
 nlohmann::ordered_json walk_json(const Walk& walk) {
   auto calls = nlohmann::ordered_json::array();
   for (const StageCall& call : walk.calls) {
     nlohmann::ordered_json entry = {{"stage", to_string(call.stage)}};
+    if (call.level > 0) entry["level"] = call.level;
     for (const StageValue& value : call.values) {
       if (value.choice) {
         entry[value.name] = static_cast<std::int64_t>(value.value);
@@ -132,9 +143,15 @@ void print_steps(const std::vector<Explained>& engines) {
   }
 }
 
+/// Throws UsageError if the engine does not show walks through instances.
+void check_entries(const std::string& name) {
+  if (!find_engine(name).shows_entries)
+    throw UsageError("engine " + name + " shows walks through one level only: --two-level off");
+}
+
 void run_explain(const ExplainArguments& a, Program& program) {
   const Size size = parse_size(a.size);
-  const std::vector<std::string> names = parse_engines(a.engines);
+  std::vector<std::string> names = parse_engines(a.engines);
   if (a.pixel.empty() == a.ray.empty()) throw UsageError("explain takes a ray: --pixel X,Y or --ray OX,OY,OZ,DX,DY,DZ");
   if (!a.pixel.empty() && (a.pixel[0] < 0 || a.pixel[0] >= size.width || a.pixel[1] < 0 || a.pixel[1] >= size.height))
     throw UsageError("--pixel " + std::to_string(a.pixel[0]) + "," + std::to_string(a.pixel[1]) +
@@ -145,6 +162,7 @@ void run_explain(const ExplainArguments& a, Program& program) {
   for (const std::string& name : names) {
     check_options(name, options);
     if (!find_engine(name).shows_walks) throw UsageError("engine " + name + " does not show its walks");
+    if (program.common.two_levels == TwoLevels::kOn && !a.all_engines) check_entries(name);
   }
   OutputFiles files;
   files.reads(gltf_files(a.scene));
@@ -152,6 +170,10 @@ void run_explain(const ExplainArguments& a, Program& program) {
   OutputFile* const stats = a.stats.empty() ? nullptr : &files.add(a.stats);
 
   const LoadedScene loaded = load_scene(a.scene, program.common, false);
+  if (loaded.grid.two_levels) {
+    if (a.all_engines) std::erase_if(names, [](const std::string& name) { return !find_engine(name).shows_entries; });
+    for (const std::string& name : names) check_entries(name);
+  }
   WorldRay world;
   std::string what;
   char text[256];
@@ -168,6 +190,7 @@ void run_explain(const ExplainArguments& a, Program& program) {
   what = loaded.name + ", " + text;
   const GridRay ray = quantise(world, loaded.grid.transform, loaded.grid.box, a.any);
   std::printf("%s, way up: %s\n", what.c_str(), a.way_up.c_str());
+  print_levels(loaded);
   std::vector<Explained> engines;
   if (ray.outside) {
     std::printf("the ray does not meet the box of the scene: no engine sees it, a miss\n");
@@ -253,13 +276,15 @@ void add_explain(CLI::App& app, Program& program) {
   command->add_option("-s,--size", a->size, "Image that --pixel lies in")->capture_default_str()->type_name("WxH");
   command->add_option("--camera", a->camera, "Number or name of a camera of the file");
   command->add_flag("--any", a->any, "Any hit will do (occlusion)");
-  command->add_option("-e,--engines", a->engines, "Engines, see below")->capture_default_str()->type_name("LIST");
+  const CLI::Option* engines =
+      command->add_option("-e,--engines", a->engines, "Engines, see below")->capture_default_str()->type_name("LIST");
   command->add_option("--way-up", a->way_up, "How a walk goes up the tree: parent or face links")
       ->capture_default_str()
       ->check(CLI::IsMember({"parent", "face"}));
   add_mailbox(*command, a->trace.mailbox);
   command->add_option("-o,--output", a->output, "Picture of the first engine's walk")->type_name("FILE.svg");
   command->add_option("--stats", a->stats, "All steps as JSON")->type_name("FILE");
+  add_two_level(*command, program);
   add_engine_options(*command);
   add_common(*command, program);
   command->footer(
@@ -268,14 +293,18 @@ void add_explain(CLI::App& app, Program& program) {
       "face, a\n"
       "triangle hit or not); two fixed-point engines where any bit of a record differs, and that is an error (exit "
       "code 1).\n"
-      "Lengths are in grid units.\n"
+      "Lengths are in grid units, behind a | those of an instance's object.\n"
       "Engines:\n" +
       engine_help() +
       "Examples:\n"
       "  retrace explain knot --pixel 320,240 -o walk.svg\n"
       "  retrace explain room.glb --pixel 100,80 --size 320x240 --engines golden,csim --way-up parent --mailbox\n"
+      "  retrace explain carousel --two-level on --pixel 320,240\n"
       "  retrace explain knot --ray 0,0,5,0,0,-1 --stats walk.json\n");
-  command->callback([a, &program] { run_explain(*a, program); });
+  command->callback([a, engines, &program] {
+    a->all_engines = engines->count() == 0;
+    run_explain(*a, program);
+  });
 }
 
 }  // namespace retrace::cli

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <utility>
 
 #include "golden/base/text.hpp"
 
@@ -45,7 +46,14 @@ class Course {
   Course(const Walk& walk, const MemoryImage& image) {
     double t = 0;
     path.push_back({0.0, 0, false});
+    bool back = false;
     for (const StageCall& call : walk.calls) {
+      // Of two levels the top one is drawn, each leaf once.
+      if (call.level > 0) {
+        back = true;
+        continue;
+      }
+      if (std::exchange(back, false) && call.stage == Stage::kLeafExit) continue;
       switch (call.stage) {
         case Stage::kRaySetup:
           for (std::size_t i = 0; i < 3; ++i) {
@@ -76,6 +84,9 @@ class Course {
           break;
         case Stage::kKdBacktrack:
           path.push_back({t, depth_of(static_cast<std::uint32_t>(call.value("parent")), image), true});
+          break;
+        case Stage::kInstanceEnter:
+          entries += call.value("enters") != 0;
           break;
         case Stage::kHitFinish:
           break;
@@ -109,6 +120,7 @@ class Course {
   std::vector<Point> path;
   std::vector<Cell> cells;
   std::vector<Test> tests;
+  std::size_t entries = 0;
   double end = 0;
   std::uint32_t deepest = 1;
 };
@@ -246,12 +258,13 @@ std::string draw_walk(const DrawnWalk& drawn, const std::string& title, const Gr
   out += text(kMargin, 30, title, "font-size=\"16\" font-weight=\"bold\"");
   std::size_t down = 0, up = 0;
   for (const StageCall& call : drawn.walk->calls) {
-    down += call.stage == Stage::kKdDescend;
-    up += call.stage == Stage::kKdBacktrack;
+    down += call.level == 0 && call.stage == Stage::kKdDescend;
+    up += call.level == 0 && call.stage == Stage::kKdBacktrack;
   }
   out += text(kMargin, 48,
               format("%s: %zu steps down, %zu up, %zu leaves, %zu tests", drawn.engine.c_str(), down, up,
-                     course.cells.size(), course.tests.size()));
+                     course.cells.size(), course.tests.size()) +
+                  (course.entries > 0 ? format("; %zu instances entered", course.entries) : std::string()));
   out += draw_chart(course, *drawn.walk);
   out += draw_space(course, *drawn.walk, scene);
   return out + "</svg>\n";

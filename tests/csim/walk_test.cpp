@@ -7,6 +7,7 @@
 #include <array>
 
 #include "golden/contract/contract_records.hpp"
+#include "golden/render/view.hpp"
 #include "golden/tree/traced_scene.hpp"
 #include "scenes/open_scene.hpp"
 #include "testbench/csim/csim_engine.hpp"
@@ -61,6 +62,97 @@ TEST(Walk, is_that_of_the_traced_ray) {
       }
     }
   }
+}
+
+/// Rays of a camera through a scene of instances.
+struct TwoLevelFixture {
+  TracedScene scene = prepare_scene(open_scene("placed:count=30,cells=2,kind=3"), {}, TwoLevels::kOn);
+  std::unique_ptr<Engine> golden = make_golden_engine(scene.grid, scene.image), csim = make_csim_engine(scene.image);
+  std::vector<GridRay> rays;
+
+  explicit TwoLevelFixture(int side) {
+    const ViewCamera camera = default_view(scene.scene, scene.world);
+    for (int i = 0; i < side * side; ++i)
+      rays.push_back(quantise(camera.ray(i % side + 0.5, static_cast<int>(i / side) + 0.5, side, side),
+                              scene.grid.transform, scene.grid.box, i % 4 == 3));
+    std::erase_if(rays, [](const GridRay& ray) { return ray.outside; });
+  }
+};
+
+TEST(Walk, through_instances_is_that_of_the_traced_ray) {
+  const TwoLevelFixture f(24);
+  std::size_t entered = 0, rejected = 0;
+  for (Engine* engine : {f.golden.get(), f.csim.get()}) {
+    for (const WayUp way : {WayUp::kParentLinks, WayUp::kFaceLinks}) {
+      TraceOptions options;
+      options.way_up = way;
+      std::vector<Hit> hits(f.rays.size());
+      std::vector<RayWork> work(f.rays.size());
+      engine->trace(f.rays, hits, work, options);
+      for (std::size_t i = 0; i < f.rays.size(); ++i) {
+        SCOPED_TRACE(engine->name() + ", ray " + std::to_string(i));
+        const Walk walk = engine->walk(f.rays[i], options);
+        ASSERT_EQ(walk.hit.status, hits[i].status);
+        ASSERT_EQ(walk.hit.id, hits[i].id);
+        ASSERT_EQ(walk.hit.t, hits[i].t);
+        std::size_t into = 0, out_of = 0;
+        int level = 0;
+        for (const StageCall& call : walk.calls) {
+          if (call.stage == Stage::kInstanceEnter) {
+            ASSERT_EQ(call.level, 0);
+            ASSERT_LT(call.value("instance"), 30.0);
+            into += call.value("enters") != 0;
+            rejected += call.value("enters") == 0;
+          }
+          out_of += level == 1 && call.level == 0;
+          level = call.level;
+        }
+        // A ray that asks for any hit may end in an object, and one may have nothing to do there.
+        ASSERT_EQ(into, out_of);
+        entered += into;
+        const std::size_t again = f.rays[i].record.any && hits[i].hit() ? into - 1 : into;
+        ASSERT_EQ(calls_of(walk, Stage::kLeafExit), work[i].leaf + again);
+        ASSERT_EQ(calls_of(walk, Stage::kKdDescend), work[i].down);
+        ASSERT_EQ(calls_of(walk, Stage::kTriTest), work[i].tests);
+        ASSERT_EQ(calls_of(walk, Stage::kKdBacktrack), work[i].up);
+      }
+    }
+  }
+  EXPECT_GT(entered, 500u);
+  EXPECT_GT(rejected, 100u);
+}
+
+TEST(Walk, of_golden_and_the_kernel_through_instances_choose_alike_but_at_edges) {
+  const TwoLevelFixture f(32);
+  std::size_t alike = 0;
+  for (const GridRay& ray : f.rays) {
+    const Walk golden = f.golden->walk(ray, {}), csim = f.csim->walk(ray, {});
+    const Parting parting = first_parting_in_choices(golden, csim);
+    if (parting.parts) {
+      EXPECT_FALSE(parting.why.empty());
+      continue;
+    }
+    ++alike;
+    ASSERT_EQ(golden.hit.id, csim.hit.id);
+  }
+  std::printf("%zu of %zu rays: the same steps\n", alike, f.rays.size());
+  EXPECT_GT(100 * alike, 97 * f.rays.size());
+  // A bit of an entry that differs is found in its step.
+  for (const GridRay& ray : f.rays) {
+    const Walk walk = f.csim->walk(ray, {});
+    const auto entry = std::find_if(walk.calls.begin(), walk.calls.end(),
+                                    [](const StageCall& call) { return call.stage == Stage::kInstanceEnter; });
+    if (entry == walk.calls.end()) continue;
+    Walk other = walk;
+    const auto step = static_cast<std::size_t>(entry - walk.calls.begin());
+    other.calls[step].input[0] ^= 1;
+    const Parting parting = first_parting_in_bits(walk, other);
+    ASSERT_TRUE(parting.parts);
+    EXPECT_EQ(parting.step, step);
+    EXPECT_EQ(parting.why.rfind("instance_enter: input ", 0), 0u) << parting.why;
+    return;
+  }
+  FAIL() << "no ray met an instance";
 }
 
 TEST(Walk, golden_and_the_kernel_choose_alike_but_for_rays_at_edges) {

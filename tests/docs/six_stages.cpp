@@ -121,6 +121,8 @@ class Shown {
         node_ = out.node;
         break;
       }
+      case Stage::kInstanceEnter:  // one level
+        break;
       case Stage::kHitFinish: {
         record<HitFinishInRecord, HitRecord>(call);
         now()["golden"] = Json::object();
