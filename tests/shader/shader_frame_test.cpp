@@ -80,10 +80,9 @@ TEST(ShaderFrame, primary_rays_find_what_the_view_sees) {
 
 TEST(ShaderFrame, normals_and_materials_come_from_memory) {
   Stage stage(make_scene("box"));
-  const ShaderFrame frame = stage.draw(program_of(
-      kCamera +
-      "call HIT.w push 0\n exit\nsurface: load I0,TRI,3\n dp3 O.x,I0,R1\n load4x TRI,0\n mov A.x,I0.w\n load I0,A.x,1\n"
-      "dp3 O.y,I0,C.xyxx\n return\nsky: mov O,C.y + return"));
+  const ShaderFrame frame = stage.draw(program_of(kCamera + "call HIT.w push 0\n exit\nsurface: load I0,TRI,3\n dp3 "
+                                                            "O.x,-I0,R1\n load4x TRI,0\n mov A.x,I0.w\n load I0,A.x,1\n"
+                                                            "dp3 O.y,I0,C.xyxx\n return\nsky: mov O,C.y + return"));
   int faces = 0;
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
@@ -94,7 +93,7 @@ TEST(ShaderFrame, normals_and_materials_come_from_memory) {
       if (!found[0].hit()) continue;
       const SurfacePoint point = stage.surfaces.at(found[0], ray.direction);
       const float* shown = frame.color.at(x, y);
-      const double facing = glm::dot(stage.surfaces.front(found[0].id), ray.direction);
+      const double facing = -glm::dot(stage.surfaces.front(found[0].id), ray.direction);
       // A colour below 0 is shown as 0.
       EXPECT_NEAR(static_cast<double>(shown[0]), std::max(0.0, facing), 1e-3);
       EXPECT_NEAR(shown[1], point.base.g, 1e-4f);
