@@ -179,7 +179,9 @@ TEST_P(UdpLink, EachRegisterIsWrittenOnce) {
     const auto offset = static_cast<std::uint32_t>(4 * random.below(32));
     device->write_register(offset, 1);
     ++expected[offset];
-    if (random.chance(3)) EXPECT_EQ(device->read_register(offset), expected[offset]);
+    if (random.chance(3)) {
+      EXPECT_EQ(device->read_register(offset), expected[offset]);
+    }
   }
   for (std::uint32_t offset = 0; offset < 128; offset += 4) EXPECT_EQ(device->read_register(offset), expected[offset]);
 }
