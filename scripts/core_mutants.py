@@ -35,7 +35,6 @@ MUTANTS = [
     ("an empty leaf is tested", "leaf/rt_leaf_unit.sv", "|| @(Levels > 1 ? tag_out.nothing : tag_out.count == '0)@;", "1'b0"),
     ("leaves beyond the image are read", "leaf/rt_leaf_unit.sv", "in_goal.beyond = @32'(in_data_q.leaf) >= view_i.leaf_count@;", "1'b0"),
     ("records of any kind are leaves", "leaf/rt_leaf_unit.sv", "if (@tag_out.bad_kind@)", "1'b0"),
-    ("a ray goes on from a leaf behind its hit", "leaf/rt_leaf_unit.sv", "signed'({2'b0, @tag_out.t_near@}) >", "rt_contract_pkg::t_limit_t'('1)"),
     ("a ray without a way on goes on from a leaf", "leaf/rt_leaf_unit.sv", "&& @return_in.target != '0@ &&", "1'b1"),
     ("a leaf with references is passed by", "leaf/rt_leaf_unit.sv", "EventGoOn && @tag_out.count == '0@ && exit_out", "1'b1"),
     ("a return from a leaf is lost to one of the result unit", "core/rt_core.sv", "leaf_return_ready = @!return_valid@;", "1'b1"),
@@ -58,7 +57,7 @@ MUTANTS = [
     ("a way up follows face links", "isect/rt_result_unit.sv", "r5_target = @parent_links_i ? r5_leave_q.node : r5_leave_q.link@;", "r5_leave_q.link"),
     ("a ray begins with the hit of the one before", "isect/rt_result_unit.sv", "if (@ray_valid_i@) has_hit_q[ray_context_i] <= 1'b0;", "1'b0"),
     # The ray source.
-    ("a row of a tile goes on in the next tile", "ray/rt_ray_source.sv", "in_tile_q   <= @(TileBits + 1)'(TileWidth) - done_q@;", "(TileBits + 1)'(TileWidth)"),
+    ("a row of a tile goes on in the next tile", "ray/rt_ray_source.sv", "in_tile_q   <= @(TileBits + 1)'(TileWidth) - done_ahead@;", "(TileBits + 1)'(TileWidth)"),
     ("the source is done with rays on their way", "ray/rt_ray_source.sv", "done_o = @left_q == '0 && !order_valid && !ray_valid_q@;", "left_q == '0"),
     # Launch.
     ("contexts are given out twice", "ray/rt_launch.sv", "new_left_q  <= @new_block_q != '1@;", "1'b1"),

@@ -16,11 +16,11 @@ import sys
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 ENGINE = "/usr/share/assimp/models/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb"
 SCENES = [("room", "room"), ("2CylinderEngine", ENGINE)]
-SINK, BEFORE_FAST = "3a488da", "31c7f98"
+BEFORE, SINK = "3a488da", "fd532ed"
 # Name -> revision, configuration, fields that are changed, more options of rtl_bench.
 STEPS = {
-    "before": (SINK, "ecp5", {}, []),
-    "sink": (BEFORE_FAST, "ecp5", {}, []),
+    "before": (BEFORE, "ecp5", {}, []),
+    "sink": (SINK, "ecp5", {}, []),
     "launch": ("HEAD", "ecp5", {}, []),
     "returns": ("HEAD", "ecp5", {"leaf_returns": 1}, []),
     "registers": ("HEAD", "ecp5", {"mshrs": 16}, []),

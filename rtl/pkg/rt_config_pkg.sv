@@ -15,7 +15,7 @@ package rt_config_pkg;
     logic [31:0] list_lines;  // lines of the list kept, 64 bytes each
     logic [31:0] triangle_lines;  // triangle records kept, 48 bytes each
     logic [31:0] ways;  // of every cache: 1 or 2
-    logic [31:0] mshrs;  // misses in flight a cache: 2, 4, 8 or 16
+    logic [31:0] mshrs;  // misses in flight a cache: 2 to 16
     logic [31:0] mail_entries;  // triangles remembered a ray: 0 or a power of two
     logic [31:0] hit_lines;  // lines of 64 bytes in which hits are combined: a power of two, 2 to 32
     logic [31:0] fill_hops;  // registers on the path of answers from one unit to the next

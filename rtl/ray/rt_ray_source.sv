@@ -79,13 +79,21 @@ module rt_ray_source #(
   localparam int unsigned SettleBits = $clog2(Settle + 1);
   logic [SettleBits-1:0]            settle_q;
   logic [31:0]                      row_q, tile_q, tile_left_q, index_q, in_row_q, in_list_q;
-  logic [32:0]                      behind;  // rays of the list from index_q on; negative where there are none
+  logic [32:0]                      behind;  // rays of the list from the next index_q on; negative where there are none
+  localparam int unsigned AddrUnits = rt_core_pkg::AddrBits - RayShift;
+  logic [33:0]                      behind_sum;
+  logic [AddrUnits:0]               addr_sum;
+  logic [TileBits:0]                done_ahead;
   logic [rt_core_pkg::AddrBits-1:0] addr_q;
   logic [2:0]                       to_boundary, burst_q, total;
   logic                             skip;
   logic [TileBits:0]                in_tile_q;
   logic                             last_tile_q;
-  assign behind      = 33'(count_i) - 33'(index_q);
+  // What follows from the position takes the next ray in the clock in which it is reached, through the carries: count_i - index_q - next_in_row, and so on.
+  assign done_ahead  = done_q + (TileBits + 1)'(next_in_row);
+  assign behind_sum  = {33'(count_i), 1'b1} + {~33'(index_q), !next_in_row};
+  assign behind      = behind_sum[33:1];
+  assign addr_sum    = {base_i[rt_core_pkg::AddrBits-1:RayShift], 1'b1} + {AddrUnits'(index_q), next_in_row};
   assign to_boundary = RaysPerBurst > 1 ? 3'(RaysPerBurst) - 3'(addr_q[RayShift+:2]) : 3'd1;
   assign skip        = GranuleRays > 1 && addr_q[RayShift];
   assign total       = GranuleRays > 1 ? (burst_q + 3'(skip) + 3'd1) & 3'b110 : burst_q;
@@ -95,24 +103,16 @@ module rt_ray_source #(
     // 1: the tile's row. Without rows there is one, of all rays.
     tile_q      <= line_q + column_q;
     tile_left_q <= (row_q == '0 ? count_i : row_q) - column_q;
-    in_tile_q   <= (TileBits + 1)'(TileWidth) - done_q;
+    in_tile_q   <= (TileBits + 1)'(TileWidth) - done_ahead;
     // 2
-    index_q     <= tile_q + 32'(done_q);
-    in_row_q    <= tile_left_q - 32'(done_q);
+    index_q     <= tile_q + 32'(done_ahead);
+    in_row_q    <= tile_left_q - 32'(done_ahead);
     last_tile_q <= row_q != '0 && (tile_left_q[31:TileBits] == '0 || tile_left_q == 32'(TileWidth));
     // 3
     in_list_q <= behind[32] ? '0 : behind[31:0];
-    addr_q    <= base_i + rt_core_pkg::AddrBits'({index_q, RayShift'(0)});
+    addr_q    <= {addr_sum[AddrUnits:1], RayShift'(0)};
     // 4
     burst_q <= smallest(to_boundary, in_tile_q, in_row_q, in_list_q);
-    if (next_in_row) begin
-      in_tile_q <= in_tile_q - 1'b1;
-      index_q   <= index_q + 32'd1;
-      in_row_q  <= in_row_q - 32'd1;
-      in_list_q <= in_list_q - 32'd1;
-      addr_q    <= addr_q + rt_core_pkg::AddrBits'(rt_contract_pkg::RayBytes);
-      burst_q   <= 3'd1;
-    end
   end
   function automatic logic [2:0] smallest(logic [2:0] boundary, logic [TileBits:0] tile, logic [31:0] image_row, logic [31:0] list);
     smallest = boundary;
