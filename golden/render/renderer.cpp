@@ -16,6 +16,7 @@
 #include <glm/gtc/type_ptr.hpp>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 #include "golden/base/clock.hpp"
 #include "golden/render/sampling.hpp"
@@ -28,6 +29,8 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr int kMaxSize = 16384;
 constexpr std::size_t kWave = std::size_t{1} << 18;  ///< rays handed to an engine at once
 constexpr int kMaxLayers = 1024;                     ///< transparent surfaces that one ray may pass; the last is opaque
+constexpr int kOwnLayers = 32;                       ///< surfaces of a ray that are each shaded by themselves
+constexpr float kGroupWeight = 1.0f / 64;            ///< of those behind, as many as weigh this are shaded as one
 constexpr std::size_t kMaxTasks = std::size_t{1} << 18;  ///< surfaces that wait to be shaded
 
 template <class Body>
@@ -179,6 +182,31 @@ struct Task {
   float weight = 1.0f;
   glm::dvec3 view{0.0};
   SurfacePoint point;
+};
+
+/// Faint layers far back on a ray, put together: one of each group is shaded for all, chosen by its weight, so that the mean is right and a ray
+/// shades at most kOwnLayers + 1 / kGroupWeight + 1 surfaces, whatever it passes.
+class LayerGroups {
+ public:
+  explicit LayerGroups(std::size_t samples) : groups_(samples) {
+    for (Task& group : groups_) group.weight = 0.0f;
+  }
+  void add(const Task& task, std::uint32_t random) {
+    Task& group = groups_[task.sample];
+    const float total = group.weight + task.weight;
+    if (static_cast<float>(random) * 0x1p-32f * total < task.weight) group = task;
+    group.weight = total;
+  }
+  /// Moves the group of a sample to `tasks` if it is heavy enough, or if `ends` says that there will be no more.
+  void close(std::uint32_t sample, bool ends, std::vector<Task>& tasks) {
+    Task& group = groups_[sample];
+    if (group.weight <= 0.0f || (!ends && group.weight < kGroupWeight)) return;
+    tasks.push_back(group);
+    group.weight = 0.0f;
+  }
+
+ private:
+  std::vector<Task> groups_;
 };
 
 struct Shader {
@@ -463,6 +491,7 @@ RenderResult render(const Surfaces& surfaces, const ViewCamera& camera, const st
     });
     result.camera.rays += samples;
 
+    std::optional<LayerGroups> groups;
     for (int layer = 0; layer < kMaxLayers && !rays.empty(); ++layer) {
       tracer.run(rays, false, result.camera);
       layer_tasks.assign(rays.size(), Task{});
@@ -497,19 +526,25 @@ RenderResult render(const Surfaces& surfaces, const ViewCamera& camera, const st
       });
       // Several rays may belong to one pixel, so sums over pixels are made in order.
       for (std::size_t i = 0; i < rays.size(); ++i) {
-        const std::uint32_t pixel = pixel_of(owner[i]);
+        const std::uint32_t s = owner[i], pixel = pixel_of(s);
         const RayWork& w = tracer.work[i];
         result.down.data[pixel] += static_cast<float>(w.down) * inverse;
         result.up.data[pixel] += static_cast<float>(w.up) * inverse;
         result.leaf.data[pixel] += static_cast<float>(w.leaf) * inverse;
         result.tests.data[pixel] += static_cast<float>(w.tests) * inverse;
         result.skipped.data[pixel] += static_cast<float>(w.skipped) * inverse;
-        if (!shaded[i]) continue;
-        tasks.push_back(layer_tasks[i]);
-        for (int c = 0; c < 3; ++c) {
+        for (int c = 0; c < 3 && shaded[i]; ++c) {
           result.albedo.data[3 * pixel + static_cast<std::size_t>(c)] +=
               layer_tasks[i].point.base[c] * layer_tasks[i].weight * inverse;
         }
+        if (layer < kOwnLayers) {
+          if (shaded[i]) tasks.push_back(layer_tasks[i]);
+          continue;
+        }
+        if (!groups) groups.emplace(samples);
+        if (shaded[i])
+          groups->add(layer_tasks[i], hash_combine(seed_of(s), 0x4c41u + static_cast<std::uint32_t>(layer)));
+        groups->close(s, !goes_on[i] || layer + 1 == kMaxLayers, tasks);
       }
       if (layer + 1 == kMaxLayers) tracer.cut += rays.size();
       std::size_t kept = 0;

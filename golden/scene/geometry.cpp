@@ -10,6 +10,7 @@
 #include <cmath>
 #include <limits>
 
+#include "golden/scene/bounds.hpp"
 #include "hls/include/contract.hpp"
 
 namespace retrace {
@@ -43,14 +44,6 @@ bool collapsed(const std::array<glm::dvec3, 3>& t) {
   if (!(size_a > 0 && size_b > 0)) return true;
   return largest(glm::cross(a / size_a, b / size_b)) <= 0x1p-50;
 }
-
-struct Bounds {
-  glm::dvec3 lower{std::numeric_limits<double>::infinity()}, upper{-std::numeric_limits<double>::infinity()};
-  void add(const glm::dvec3& p) {
-    lower = glm::min(lower, p);
-    upper = glm::max(upper, p);
-  }
-};
 
 bool has_area(const std::array<GridPoint, 3>& t) {
   using Wide = glm::vec<3, std::int64_t>;
@@ -165,7 +158,7 @@ GridScene snap(const WorldTriangles& world, double side, double most) {
       });
 
   GridScene out;
-  if (bounds.lower.x <= bounds.upper.x) {
+  if (!bounds.empty()) {
     // Halves first: the difference of two finite numbers can overflow.
     out.transform.center = bounds.lower * 0.5 + bounds.upper * 0.5;
     const glm::dvec3 extent = glm::max(bounds.upper - out.transform.center, out.transform.center - bounds.lower);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "golden/scene/bounds.hpp"
 #include "hls/include/contract.hpp"
 
 namespace retrace {
@@ -80,20 +81,14 @@ std::array<std::int32_t, 6> world_box(const contract::InstanceRecord& record,
   constexpr double kTopPad = 4.0, kUnit = 1 << contract::kPositionFrac, kMost = 1 << 30;
   const Placement placement = object_from_world(record);
   const glm::dmat3 back = glm::inverse(placement.linear);
-  glm::dvec3 lower(1e30), upper(-1e30);
-  for (unsigned corner = 0; corner < 8; ++corner) {
-    glm::dvec3 point;
-    for (unsigned axis = 0; axis < 3; ++axis)
-      point[static_cast<int>(axis)] = root_box[2 * axis + (corner >> axis & 1)] / kUnit;
-    const glm::dvec3 world = back * (point - placement.offset);
-    lower = glm::min(lower, world);
-    upper = glm::max(upper, world);
-  }
+  Bounds bounds;
+  bounds.add_corners(root_box, [&](const glm::dvec3& corner) { return back * (corner - placement.offset); });
   std::array<std::int32_t, 6> box{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const int i = static_cast<int>(axis);
-    box[2 * axis] = static_cast<std::int32_t>(std::clamp(std::floor(lower[i] * kUnit - kTopPad), -kMost, kMost));
-    box[2 * axis + 1] = static_cast<std::int32_t>(std::clamp(std::ceil(upper[i] * kUnit + kTopPad), -kMost, kMost));
+    box[2 * axis] = static_cast<std::int32_t>(std::clamp(std::floor(bounds.lower[i] * kUnit - kTopPad), -kMost, kMost));
+    box[2 * axis + 1] =
+        static_cast<std::int32_t>(std::clamp(std::ceil(bounds.upper[i] * kUnit + kTopPad), -kMost, kMost));
   }
   return box;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "golden/scene/bounds.hpp"
 #include "golden/tree/instance.hpp"
 #include "golden/tree/two_level_scene.hpp"
 #include "hls/include/contract.hpp"
@@ -13,7 +14,6 @@
 namespace retrace {
 namespace {
 
-constexpr double kUnit = 1.0 / (1 << contract::kPositionFrac);
 /// The boxes of all instances, padded twice over, stay inside the world.
 constexpr double kWorldReach = 1.0 - 0x1p-12;
 constexpr double kFinest = 0x1p14;
@@ -59,20 +59,11 @@ WorldTriangles triangles_of(const Mesh& mesh, const glm::dmat4& place) {
   return triangles;
 }
 
-struct Bounds {
-  glm::dvec3 lower{std::numeric_limits<double>::infinity()}, upper{-std::numeric_limits<double>::infinity()};
-};
-
 /// Where the root box of an object lies.
 void enclose(Bounds& bounds, const GridScene& object, const glm::dmat4& place) {
-  for (unsigned corner = 0; corner < 8; ++corner) {
-    glm::dvec3 p;
-    for (unsigned axis = 0; axis < 3; ++axis)
-      p[static_cast<int>(axis)] = object.box[2 * axis + (corner >> axis & 1)] * kUnit;
-    const glm::dvec3 world(place * glm::dvec4(object.transform.to_world(p), 1.0));
-    bounds.lower = glm::min(bounds.lower, world);
-    bounds.upper = glm::max(bounds.upper, world);
-  }
+  bounds.add_corners(object.box, [&](const glm::dvec3& corner) {
+    return glm::dvec3(place * glm::dvec4(object.transform.to_world(corner), 1.0));
+  });
 }
 
 bool finite(const glm::dmat4& m) {
@@ -138,7 +129,7 @@ void InstancedScene::place(const Scene& scene, const std::function<bool(std::uin
     if (!held->second.grid.triangles.empty()) enclose(bounds, held->second.grid, matrix);
   }
   grid_.transform = {};
-  if (bounds.lower.x <= bounds.upper.x) {
+  if (!bounds.empty()) {
     grid_.transform.center = bounds.lower * 0.5 + bounds.upper * 0.5;
     const glm::dvec3 half = bounds.upper * 0.5 - bounds.lower * 0.5;
     const double scale = std::min(side_, kWorldReach) / std::max({half.x, half.y, half.z});

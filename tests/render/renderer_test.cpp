@@ -217,6 +217,29 @@ TEST(Renderer, ManyLayersDoNotHideWhatIsBehind) {
   }
 }
 
+/// The radiance is that of all of them, and the number of surfaces that are shaded has a bound.
+TEST(Renderer, ManyLayersAreShadedInGroups) {
+  const auto shoot = [](int layers, float alpha, bool shadows) {
+    Squares squares;
+    for (int i = 0; i < layers; ++i) {
+      const std::uint32_t layer = squares.square(1.0, 0.002 * i, {1, 0, 0, alpha});
+      squares.scene.materials[layer].alpha = Material::Alpha::kBlend;
+    }
+    squares.sun({0, 0, 1});
+    RenderOptions options = small(4, 4);
+    options.shadows = shadows;
+    return Studio(squares.scene).shoot(options);
+  };
+  const RenderResult one = shoot(1, 1.0f, false), many = shoot(300, 0.01f, false);
+  const float cover = 1.0f - std::pow(0.99f, 300.0f);
+  EXPECT_NEAR(many.color.at(2, 2)[3], cover, 1e-3);
+  EXPECT_NEAR(many.color.at(2, 2)[0], cover * one.color.at(2, 2)[0], 0.01f * one.color.at(2, 2)[0]);
+  const RenderResult shadowed = shoot(300, 0.01f, true);
+  EXPECT_GT(shadowed.shadow.rays, 4u * 32u);
+  EXPECT_LE(shadowed.shadow.rays, 16u * (32u + 64u + 1u));  // of 16 * 300
+  EXPECT_EQ(shadowed.cut_rays, 0u);
+}
+
 TEST(Renderer, RaysThatPassTooManyLayersAreCounted) {
   Squares squares;
   for (int i = 0; i < 1100; ++i) {
