@@ -169,11 +169,11 @@ def test_threads_run_beside(image):
 
 
 INTERRUPTED = {
-    "trace": "engine = retrace.Scene.open('knot').build().engine('csim'); rays = np.broadcast_to(retrace.rays([0, 0, 9], [0.2, 0.1, -1]), (1 << 26, 8)); "
-             "ready(); engine.trace(rays, out=out)",
-    "render": "engine = retrace.Scene.open('knot').build().engine('csim'); ready(); engine.render(4096, 4096, spp=64)",
-    "build": "scene = retrace.Scene.open('sphere:cells=600'); ready(); scene.build(threads=1)",
-    "lab": "ready(); retrace.lab('sphere:cells=200')",
+    "trace": "engine = retrace.Scene.open('box').build().engine('golden'); rays = np.broadcast_to(retrace.rays([0, 0, 9], [0.2, 0.1, -1]), (1 << 24, 8)); "
+             "ready(); engine.trace(rays)",
+    "render": "engine = retrace.Scene.open('box').build().engine('golden'); ready(); engine.render(2048, 2048, spp=64)",
+    "build": "scene = retrace.Scene.open('sphere:cells=300'); ready(); scene.build(threads=1)",
+    "lab": "ready(); retrace.lab('sphere:cells=60')",
 }
 
 
