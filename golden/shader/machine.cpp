@@ -219,7 +219,7 @@ class Execution {
   }
 
   void control(const Instruction& in) {
-    count(in.second == kSecondTrace ? Counter::kTrace : Counter::kControl);
+    if (in.second != kSecondTrace) count(Counter::kControl);
     switch (in.second) {
       case kSecondJmp:
         next_ = decode_jump(in.payload).place;

@@ -119,6 +119,7 @@ TEST(Machine, conditions) {
                       {"or xy (<0 or >=1)", {0.5, 0.25, 9, -9}, false},
                       {"and xy (<0 or >=1)", {-1, 2, 0, 0}, true},
                       {"and xy (<0 or >=1)", {-1, 0.5, 0, 0}, false},
+                      {"and xy (<0 or >=1)", {0.5, 2, 0, 0}, false},
                       {"or xyzw (>=0 or <1)", {-1, 0, 1, 2}, true},
                       {"and xyzw (>=0 and <1)", {0, 0.25, 0.5, 0.75}, true},
                       {"w !=0", {1, 1, 1, 0}, false}};
