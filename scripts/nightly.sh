@@ -17,7 +17,6 @@ run golden_edges "for mesh in box sphere random sliver; do rays=3200000; [ \$mes
   build/release/testbench/csim/tb_watertight closed:\$mesh ${RETRACE_SEED:-1} \$rays golden || exit 1; done"
 run hls_export "python3 tests/hls/export_test.py compile --thorough && python3 tests/hls/export_test.py csim --thorough"
 run instance_walks "env RETRACE_RAYS=3400000 build/release/tests/csim/two_level_test --gtest_filter=*no_ray*"
-run ring_schedules "env RETRACE_RING_SCHEDULES=1000000 build/release/tests/csim/ring_test --gtest_filter=Ring.no_order*"
 run mutants "scripts/mutants.sh"
 
 if [ "${1:-}" = --list ]; then
