@@ -21,6 +21,7 @@ run golden_edges "for mesh in box sphere random sliver; do rays=3200000; [ \$mes
 run float "env RETRACE_VECTORS=100000000 RETRACE_ALL_SIGNIFICANDS=1 build/release/tests/shader/float_test && env RETRACE_VECTORS=10000000 build/release/tests/rtl/rtl_float_test"
 run hls_export "python3 tests/hls/export_test.py compile --thorough && python3 tests/hls/export_test.py csim --thorough"
 run instance_walks "env RETRACE_RAYS=3400000 build/release/tests/csim/two_level_test --gtest_filter=*no_ray*"
+run notebook "python3 -m venv build/notebook && build/notebook/bin/pip install --quiet '.[notebook]' && build/notebook/bin/python scripts/notebook.py"
 run sweeps "scripts/setup.sh --sweeps && python3 tests/sweeps/sweep_test.py"
 run slurm "scripts/setup.sh --slurm && python3 tests/sweeps/slurm_test.py"
 run mutants "scripts/mutants.sh"

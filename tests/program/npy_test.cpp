@@ -148,7 +148,7 @@ TEST(Npy, DamagedBytesNeverDoHarm) {
 
 TEST(Npy, HitsAreAStructuredArray) {
   const std::vector<SceneHit> hits = {{1.5, 2, 3, 4, 5, 0.25, 0.5},
-                                    {std::numeric_limits<double>::infinity(), -1, -1, -1, -1, 0, 0}};
+                                      {std::numeric_limits<double>::infinity(), -1, -1, -1, -1, 0, 0}};
   const std::string bytes = format_hits(hits);
   ASSERT_EQ(bytes.substr(0, 8), std::string("\x93NUMPY\x01\0", 8));
   const std::size_t length =
