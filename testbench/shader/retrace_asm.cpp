@@ -63,5 +63,12 @@ int main(int argc, char** argv) {
   app.add_flag("-l,--listing", a.listing, "Print lines, words, what they are, and notes");
   app.add_flag("-d,--disassemble", a.disassemble, "Make a program of words");
   app.add_flag("-q,--quiet", a.quiet, "Print no notes");
-  return retrace::run_program(app, argc, argv, [&] { return run(a); });
+  return retrace::run_program(app, argc, argv, [&] {
+    try {
+      return run(a);
+    } catch (const retrace::UsageError& error) {
+      std::cerr << "retrace-asm: error: " << error.what() << " (see --help)\n";
+      return 2;
+    }
+  });
 }
