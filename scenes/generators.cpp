@@ -198,6 +198,67 @@ Scene make_field(const Values& values) {
   return scene;
 }
 
+/// How `placed` places its instances.
+enum class Placing { kRigid, kScaled, kSquashed, kSheared, kMirrored, kNested };
+
+/// A turned, squashed and moved group of groups; the innermost show a mesh.
+void nest(Scene& scene, std::uint32_t parent, int count, const std::vector<std::uint32_t>& meshes, double spread,
+          Random& random) {
+  constexpr int kBranches = 10;
+  const int groups = std::min(count, kBranches);
+  for (int i = 0; i < groups; ++i) {
+    const auto index = static_cast<std::uint32_t>(scene.nodes.size());
+    scene.nodes.emplace_back();
+    scene.nodes[parent].children.push_back(index);
+    Node& node = scene.nodes.back();
+    node.rotation = glm::angleAxis(random.uniform(0, 2 * kPi), random.direction());
+    node.translation = spread * glm::dvec3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    node.scale = {random.uniform(0.7, 1.2), random.uniform(0.7, 1.2), random.uniform(0.7, 1.2)};
+    const int part = count / groups + (i < count % groups ? 1 : 0);
+    if (part > 1)
+      nest(scene, index, part, meshes, spread / 2.5, random);
+    else
+      node.mesh = meshes[random.below(static_cast<std::uint32_t>(meshes.size()))];
+  }
+}
+
+/// Instances of two closed meshes, all about as large to the eye of the camera.
+Scene make_placed(const Values& values) {
+  Scene scene;
+  Random random(seed_of(values));
+  const int count = whole(values, "count"), cells = whole(values, "cells");
+  const auto kind = static_cast<Placing>(whole(values, "kind"));
+  const std::uint32_t clay = add_material(scene, "clay", {0.55f, 0.30f, 0.20f}, 0.8f);
+  const std::uint32_t jade = add_material(scene, "jade", {0.15f, 0.45f, 0.30f}, 0.4f);
+  const std::vector<std::uint32_t> meshes{
+      add_mesh(scene, "stone", cube_sphere(cells, [](const glm::dvec3& d) { return 0.8 + 0.2 * noise(d * 3.0, 7); }),
+               clay),
+      add_mesh(scene, "ring", torus_knot(2, 3, 0.3, 6 * cells, 2 * cells), jade)};
+  const glm::dvec3 eye(0, 0, 12);
+  if (kind == Placing::kNested) {
+    add_node(scene, "all");
+    nest(scene, scene.roots.back(), count, meshes, 3.0, random);
+  }
+  for (int i = 0; i < count && kind != Placing::kNested; ++i) {
+    // Sizes from 1 down to 1e-3, and as much nearer.
+    double size = random.uniform(0.6, 1.0);
+    if (kind == Placing::kScaled) size = std::pow(10.0, -3.0 * i / std::max(count - 1, 1));
+    const glm::dvec3 direction(random.uniform(-0.45, 0.45), random.uniform(-0.34, 0.34), -1.0);
+    glm::dmat4 shape(1.0);
+    if (kind == Placing::kSquashed) shape[static_cast<int>(random.below(3))] *= 0.01;
+    if (kind == Placing::kMirrored) shape[static_cast<int>(random.below(3))] *= -1.0;
+    if (kind == Placing::kSheared) shape[1] += random.uniform(-1.5, 1.5) * shape[0] + random.uniform(-1, 1) * shape[2];
+    Node& node = add_node(scene, "instance " + std::to_string(i));
+    node.mesh = meshes[random.below(2)];
+    node.has_matrix = true;
+    node.matrix = glm::translate(glm::dmat4(1.0), eye + 18.0 * random.uniform(0.6, 1.0) * size * direction) *
+                  rotate(random.uniform(0, 2 * kPi), random.direction()) *
+                  glm::scale(glm::dmat4(1.0), glm::dvec3(0.35 * size)) * shape;
+  }
+  add_camera(scene, eye, {0, 0, 0}, 0.75);
+  return scene;
+}
+
 /// Triangles as thin as float32 allows, in all directions: aspect ratios up to 2^`thinness`.
 Scene make_needles(const Values& values) {
   Scene scene;
@@ -378,6 +439,14 @@ const std::vector<Entry>& entries() {
         "many small objects on a plane, instances of four meshes",
         {{"count", 1000, 1, 200000, true, "objects"}, {"cells", 4, 2, 64, true, "fineness of an object"}, kSeed}},
        make_field},
+      {{"placed",
+        "instances of two closed meshes, placed in one of the ways that an instance can be",
+        {{"kind", 0, 0, 5, true,
+          "0 rigid, 1 sizes from 1 to 1e-3, 2 squashed 1:100, 3 sheared, 4 mirrored, 5 nested groups"},
+         {"count", 120, 1, 100000, true, "instances"},
+         {"cells", 9, 2, 200, true, "fineness of a mesh: 12 cells^2 and 24 cells^2 triangles"},
+         kSeed}},
+       make_placed},
       {{"needles",
         "triangles as thin as float32 allows, in all directions",
         {{"count", 2000, 1, 5000000, true, "triangles"},

@@ -73,9 +73,11 @@ MUTANTS = [
     ("a header with a read error is used", "core/rt_control.sv", "if (@fill_error_q@) bus_error_q", "1'b0"),
     # The hit sink.
     ("hits go to the line that is there", "ray/rt_hit_sink.sv", "same_line  = @entry.number == number_q@;", "1'b1"),
-    ("a line is overwritten while it is read", "ray/rt_hit_sink.sv", "blocked    = @out_reading_q && out_place_q == place_q@;", "1'b0"),
-    ("lines are not flushed", "ray/rt_hit_sink.sv", "leave          = @flush_i && !flushed_q && !in_valid_i && !free_place && leave_open@;", "1'b0"),
-    ("done does not wait for the last answers", "ray/rt_hit_sink.sv", "empty_o   = @flushed_q && !order_valid@;", "flushed_q"),
+    ("a line is overwritten while it is read", "ray/rt_hit_sink.sv", "half       = @state_q == Look ? entry.half : half_q@;", "1'b0"),
+    ("a line leaves into the half that is read", "ray/rt_hit_sink.sv", "!drop_i && @!(out_reading_q && out_place_q == place_q)@;", "1'b1"),
+    ("a line that waits is driven out", "ray/rt_hit_sink.sv", "leave_open = @!leaving_valid_q@ &&", "1'b1"),
+    ("lines are not flushed", "ray/rt_hit_sink.sv", "leave            = @flush_i && !flushed_q && !in_valid_i && !free_place && leave_open@;", "1'b0"),
+    ("done does not wait for the last answers", "ray/rt_hit_sink.sv", "empty_o   = @flushed_q && !order_valid && !leaving_valid_q@;", "flushed_q"),
     ("a burst is as long as if it began the line", "ray/rt_hit_sink.sv", "(8'(last_word_out) - @8'(first_word)@", "8'd0"),
     # Isolation, and the wires.
     ("a ray is launched beside a return", "core/rt_core.sv", "ray_ready      = @!return_valid_q@ &&", "1'b1"),

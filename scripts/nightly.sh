@@ -14,6 +14,7 @@ run bus "env RETRACE_BUS_TRANSACTIONS=1000000 build/release/tests/rtl_core/rtl_b
 run stages "build/release/testbench/stages/rtl_stages --vectors 100000000"
 run netlists "scripts/netlist_sim.sh all"
 run watertight "build/release/testbench/csim/tb_watertight knot ${RETRACE_SEED:-1} 10000000"
+run instance_table "scripts/instances.py --size 640x480 --output out/nightly/instances.md"
 run instances "env RETRACE_RAYS=1000000 build/release/tests/csim/instances_test"
 run golden_edges "for mesh in box sphere random sliver; do rays=3200000; [ \$mesh != sliver ] || rays=400000
   build/release/testbench/csim/tb_watertight closed:\$mesh ${RETRACE_SEED:-1} \$rays golden || exit 1; done"

@@ -3,10 +3,13 @@
 //
 // Purpose     Items of 4 * 2^words_log2_i bytes, 16 for hits, come in any order and go to base_i + size * tag. Up to Lines lines are kept, in one block RAM, found by a hash of their number. A line leaves when it is
 //             full, when another needs its place, or with flush_i. One burst a line, from its first hit to its last, several in flight.
-// Flush       flush_i (level) while no hits come: every line leaves; empty_o when all of them have been acknowledged.
+// Flush       flush_i (level): in the clocks without a hit every line leaves; empty_o when all of them have been acknowledged.
 // Drop        drop_i (level, soft reset): what has been offered to the bus is completed, everything else is forgotten; in_* is not accepted.
 // Grain       Words of the smallest item: what is there of a line is known in grains.
-// Rates       One hit in four clocks, one pixel in two; a line leaves in a clock a word beside that. Kept and found by words of 32 bits, so that a block RAM is enough.
+// Places      Each has room for two lines, in turn, so that a hit need not wait until the line that it drives out has been read. One more line waits behind the
+//             one that is read. Rays of far more lines than places are in flight, so lines are driven out all the time.
+// Rates       One hit in four clocks, one pixel in two; a line leaves in a clock a word beside that. Kept and found by words of 32 bits, so that a block RAM is
+//             enough for 16 places.
 // Faults      fault_o with the first ray of a line whose answer was an error.
 // Words       A word is 32 bits. A beat of the bus is put together from words; it waits in w_* until it is taken, and the reading with it.
 `include "rt_assert.svh"
@@ -60,6 +63,7 @@ module rt_hit_sink #(
   typedef logic [Slots-1:0] slots_t;
   typedef logic [NumberBits-1:0] number_t;  // of a line, from base_i rounded down to 64
   typedef struct packed {
+    logic    half;   // of its place
     number_t number;
     slots_t  slots;  // grains that are there
   } entry_t;
@@ -91,7 +95,7 @@ module rt_hit_sink #(
   logic [1:0]    scale;  // grains of an item, as a logarithm
   slots_t        grains;
   number_t       number;
-  logic          leave, leave_open, blocked, free_place, same_line;
+  logic          leave, leave_open, free_place, same_line, half, half_q;
   entry_t        leaving;
   if (Grain == 4) begin : gen_hits
     assign scale  = '0;
@@ -121,35 +125,41 @@ module rt_hit_sink #(
       .read_data_o (entry)
   );
 
-  // A line that leaves: the one that is full, the one that stands where the hit has to go, or the one that a flush has come to.
-  logic out_reading_q;
-  line_t out_place_q;
+  // A line that leaves: the one that is full, the one that stands where the hit has to go, or the one that a flush has come to. It waits in leaving_q until the
+  // one before has been read. The other half of its place has to be free for the next line.
+  logic   out_reading_q, leaving_valid_q;
+  line_t  out_place_q, leaving_place_q;
+  entry_t leaving_q;
+  assign leave_open = !leaving_valid_q && !drop_i && !(out_reading_q && out_place_q == place_q);
   assign free_place = entry.slots == '0;
   assign same_line  = entry.number == number_q;
-  assign blocked    = out_reading_q && out_place_q == place_q;
+  assign half       = state_q == Look ? entry.half : half_q;
   always_comb begin
     leave          = 1'b0;
     leaving        = entry;
     write_word     = 1'b0;
     entry_write_en = 1'b0;
-    entry_write    = '{number: number_q, slots: '0};
+    entry_write    = '{half: half, number: number_q, slots: '0};
     case (state_q)
       Clear: entry_write_en = 1'b1;
       Wait: begin
-        leave          = flush_i && !flushed_q && !in_valid_i && !free_place && leave_open;
-        entry_write_en = leave;
+        entry_write.half = !entry.half;
+        leave            = flush_i && !flushed_q && !in_valid_i && !free_place && leave_open;
+        entry_write_en   = leave;
       end
       Look: begin
-        write_word     = !blocked && (free_place || same_line);
-        leave          = !free_place && !same_line && leave_open;
-        entry_write_en = leave;
+        write_word       = free_place || same_line;
+        leave            = !write_word && leave_open;
+        entry_write_en   = leave;
+        entry_write.half = !entry.half;
       end
       default: begin
         write_word     = words_log2_i != '0;
-        leaving        = '{number: number_q, slots: slots_q};
+        leaving        = '{half: half_q, number: number_q, slots: slots_q};
         leave          = last_word && slots_q == '1 && leave_open;
         entry_write_en = last_word;
-        if (!leave) entry_write.slots = slots_q;
+        if (leave) entry_write.half = !half_q;
+        else entry_write.slots = slots_q;
       end
     endcase
   end
@@ -169,6 +179,7 @@ module rt_hit_sink #(
         if (!flush_i) place_q <= '0;
       end
       Look: begin
+        half_q  <= entry.half;
         slots_q <= (free_place ? '0 : entry.slots) | (grains << slot_q);
         if (write_word) state_q <= Store;
       end
@@ -196,22 +207,22 @@ module rt_hit_sink #(
   end
 
   // --- words ---
-  localparam int unsigned AddressBits = LineBits + WordBits;
-  logic                   out_step, read_word, order_ready, order_valid;
+  localparam int unsigned AddressBits = LineBits + 1 + WordBits;
+  logic                   out_step, read_word, order_ready, order_valid, start, out_half_q;
   logic [WordBits-1:0]    out_word_q, write_at;  // of the line
   logic [31:0]            word_read;
   assign write_at = (WordBits'(slot_q) << GrainBits) | WordBits'(word_q);
   rt_ram_sdp #(
-      .Depth (Lines * LineWords),
+      .Depth (2 * Lines * LineWords),
       .data_t(logic [31:0])
   ) u_words (
       .clk_i,
       .rst_ni,
       .write_en_i  (write_word),
-      .write_addr_i(AddressBits'({place_q, write_at})),
+      .write_addr_i(AddressBits'({place_q, half, write_at})),
       .write_data_i(data_q[31:0]),
       .read_en_i   (read_word),
-      .read_addr_i (AddressBits'({out_place_q, out_word_q})),
+      .read_addr_i (AddressBits'({out_place_q, out_half_q, out_word_q})),
       .read_data_o (word_read)
   );
 
@@ -230,27 +241,33 @@ module rt_hit_sink #(
     first = '0;
     last  = '0;
     for (int unsigned s = 0; s < Slots; s++) begin
-      if (leaving.slots[s]) last = slot_t'(s);
-      if (leaving.slots[Slots-1-s]) first = slot_t'(Slots - 1 - s);
+      if (leaving_q.slots[s]) last = slot_t'(s);
+      if (leaving_q.slots[Slots-1-s]) first = slot_t'(Slots - 1 - s);
     end
   end
   // A slot of a whole beat at least begins and ends one.
   assign first_word    = (WordBits'(first) << GrainBits) & ~WordBits'(BeatWords - 1);
   assign last_word_out = (WordBits'(last) << GrainBits) | WordBits'((Grain > BeatWords ? Grain : BeatWords) - 1);
-  assign leave_open = !out_reading_q && !aw_valid_q && order_ready && !drop_i;
+  assign start = leaving_valid_q && !out_reading_q && !aw_valid_q && order_ready && !drop_i;
   // A read word goes on unless it completes a beat and the one before has not been taken.
   assign beat_ends = read_q && read_word_q[BeatWordBits-1:0] == '1;
   assign out_step  = !(beat_ends && w_valid_q && !w_ready_i);
   assign read_word = out_reading_q && out_step;
   always_ff @(posedge clk_i) begin
+    leaving_valid_q <= (leave || (leaving_valid_q && !start)) && !drop_i && rst_ni;
     if (leave) begin
+      leaving_q       <= leaving;
+      leaving_place_q <= place_q;
+    end
+    if (start) begin
       out_reading_q <= 1'b1;
-      out_place_q   <= place_q;
+      out_place_q   <= leaving_place_q;
+      out_half_q    <= leaving_q.half;
       out_word_q    <= first_word;
       out_last_q    <= last_word_out;
-      out_slots_q   <= leaving.slots;
+      out_slots_q   <= leaving_q.slots;
       aw_valid_q    <= 1'b1;
-      aw_addr_q     <= {base_i[rt_core_pkg::AddrBits-1:6], 6'b0} + rt_core_pkg::AddrBits'({leaving.number, first_word, 2'b0});
+      aw_addr_q     <= {base_i[rt_core_pkg::AddrBits-1:6], 6'b0} + rt_core_pkg::AddrBits'({leaving_q.number, first_word, 2'b0});
       aw_len_q      <= (8'(last_word_out) - 8'(first_word)) >> BeatWordBits;
     end else begin
       if (read_word) begin
@@ -298,9 +315,9 @@ module rt_hit_sink #(
   ) u_order (
       .clk_i,
       .rst_ni,
-      .in_valid_i (leave),
+      .in_valid_i (start),
       .in_ready_o (order_ready),
-      .in_data_i  (rt_core_pkg::ray_tag_t'(({leaving.number, first} - PositionBits'(base_i[5:2+GrainBits])) >> scale)),
+      .in_data_i  (rt_core_pkg::ray_tag_t'(({leaving_q.number, first} - PositionBits'(base_i[5:2+GrainBits])) >> scale)),
       .out_valid_o(order_valid),
       .out_ready_i(b_valid_i),
       .out_data_o (fault_tag_o),
@@ -309,9 +326,10 @@ module rt_hit_sink #(
   assign b_ready_o = 1'b1;
   assign fault_o   = b_valid_i && b_error_i;
   assign idle_o    = !order_valid;
-  assign empty_o   = flushed_q && !order_valid;
+  assign empty_o   = flushed_q && !order_valid && !leaving_valid_q;
 
   `RT_ASSERT(AnswerIsExpected, !b_valid_i || order_valid)
+  `RT_ASSERT(HalvesAreTwoLines, !write_word || !(out_reading_q && out_place_q == place_q && out_half_q == half))
   `RT_ASSERT(NoHitIsThereTwice, state_q != Look || !write_word || free_place || !entry.slots[slot_q])
   `RT_ASSERT_STREAM(Address, aw_valid_o, aw_ready_i, aw_addr_o)
   `RT_ASSERT_STREAM(Data, w_valid_o, w_ready_i, w_data_o)

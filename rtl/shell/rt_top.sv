@@ -322,7 +322,7 @@ module rt_top #(
       .rst_ni,
       .base_i     (hit_base),
       .words_log2_i(on_chip ? {1'b0, wide_pixel} : 2'd2),
-      .flush_i    (drained && shade_idle),
+      .flush_i    (on_chip ? drained && shade_idle : source_done),  // hits of the last rays leave while the others of them are traced
       .drop_i     (drain),
       .in_valid_i (on_chip ? pixel_valid : hit_valid),
       .in_ready_o (sink_ready),

@@ -12,7 +12,7 @@ namespace {
 
 constexpr auto kBad = static_cast<std::uint32_t>(contract::kStatusBadRecord);
 
-/// Down from the root, across faces by links. `visit(leaf, t_exit)` says whether the ray is finished.
+/// Down from the root, across faces by links. `visit(leaf, number, t_exit)` says whether the ray is finished.
 template <typename Visit>
 void walk_tree(const MemoryImage& image, const contract::RaySetupOutRecord& ray, std::uint64_t& down, Visit visit) {
   std::uint32_t index = 0;
@@ -28,7 +28,7 @@ void walk_tree(const MemoryImage& image, const contract::RaySetupOutRecord& ray,
     const auto exit = reference::leaf_exit(leaf_exit_in(leaf, ray, t));
     // An object's ray that passes its root box by within the tolerance of the entry leaves it behind itself: nothing is there.
     if (exit.broken || !exit.exits) return;
-    if (visit(leaf, static_cast<std::uint32_t>(exit.t_exit))) return;
+    if (visit(leaf, node.child, static_cast<std::uint32_t>(exit.t_exit))) return;
     t = exit.t_exit;
     index = leaf.link[exit.face];
     if (index == 0) return;
@@ -37,6 +37,42 @@ void walk_tree(const MemoryImage& image, const contract::RaySetupOutRecord& ray,
 
 contract::TriTestOutRecord test(const contract::TriangleRecord& triangle, const contract::RaySetupOutRecord& ray) {
   return reference::tri_test(tri_test_in(triangle, ray));
+}
+
+/// The nearest hit in a tree of triangles, up to a limit; of a ray that asks for any, the first one found.
+struct TreeHit {
+  bool hit = false;
+  std::uint32_t t = 0, id = contract::kNoTriangle;
+  std::int32_t dz = 0;
+};
+TreeHit search_tree(const MemoryImage& image, const contract::RaySetupOutRecord& ray, bool any, TwoLevelWork& count,
+                    std::vector<std::uint32_t>* visits) {
+  TreeHit best;
+  best.t = ray.t_max;
+  walk_tree(image, ray, count.down, [&](const contract::LeafRecord& leaf, std::uint32_t number, std::uint32_t t_exit) {
+    ++count.leaf;
+    if (visits) visits->push_back(number);
+    for (std::uint32_t i = 0; i < leaf.count; ++i) {
+      ++count.tests;
+      const auto hit = test(image.triangle(image.reference(leaf, i)), ray);
+      if (!hit.hit || hit.t > best.t || (best.hit && hit.t == best.t && hit.id >= best.id)) continue;
+      best = {true, hit.t, hit.id, hit.dz};
+      if (any) return true;
+    }
+    return best.t <= t_exit;
+  });
+  return best;
+}
+
+/// The ray at the root box of an image.
+contract::RaySetupOutRecord set_up(const contract::RayRecord& ray, const MemoryImage& image) {
+  contract::RaySetupInRecord start;
+  start.origin = ray.origin;
+  start.direction = ray.direction;
+  start.t_max = ray.t_max;
+  start.any = ray.any;
+  for (std::size_t face = 0; face < 6; ++face) start.box[face] = static_cast<std::int32_t>(image.header().box[face]);
+  return reference::ray_setup(start);
 }
 
 contract::RaySetupOutRecord state_of(const contract::InstanceEnterOutRecord& entry) {
@@ -70,19 +106,22 @@ std::optional<contract::InstanceEnterOutRecord> enter_instance(const contract::I
   return entry.enters ? std::optional(entry) : std::nullopt;
 }
 
+TwoLevelHit trace_one_level(const MemoryImage& image, const contract::RayRecord& ray,
+                            std::vector<std::uint32_t>& visits) {
+  visits.clear();
+  const auto state = set_up(ray, image);
+  if (!state.valid) return {};
+  TwoLevelWork count;
+  const TreeHit found = search_tree(image, state, ray.any != 0, count, &visits);
+  return found.hit ? TwoLevelHit{true, found.t, 0, found.t, found.id, found.dz} : TwoLevelHit{};
+}
+
 TwoLevelHit trace_two_levels(const TwoLevelScene& scene, const contract::RayRecord& ray, TwoLevelWork* work,
-                             std::uint32_t* status) {
+                             std::uint32_t* status, TwoLevelVisits* visits) {
   TwoLevelWork unwanted;
   TwoLevelWork& count = work ? *work : unwanted;
   std::uint32_t fault = 0;
-  contract::RaySetupInRecord start;
-  start.origin = ray.origin;
-  start.direction = ray.direction;
-  start.t_max = ray.t_max;
-  start.any = ray.any;
-  for (std::size_t face = 0; face < 6; ++face)
-    start.box[face] = static_cast<std::int32_t>(scene.top.header().box[face]);
-  const auto state = reference::ray_setup(start);
+  const auto state = set_up(ray, scene.top);
   TwoLevelHit best;
   best.t = ray.t_max;
   std::array<std::uint32_t, kInstanceMailbox> mailbox{};
@@ -99,28 +138,15 @@ TwoLevelHit trace_two_levels(const TwoLevelScene& scene, const contract::RayReco
     }
     const auto object_ray = state_of(entry);
     const MemoryImage& object = scene.objects[scene.object_of[number]];
-    std::uint32_t nearest = entry.t_max, id = contract::kNoTriangle;
-    bool found = false;
-    std::int32_t dz = 0;
-    walk_tree(object, object_ray, count.down, [&](const contract::LeafRecord& leaf, std::uint32_t t_exit) {
-      ++count.leaf;
-      for (std::uint32_t i = 0; i < leaf.count; ++i) {
-        ++count.tests;
-        const auto hit = test(object.triangle(object.reference(leaf, i)), object_ray);
-        if (!hit.hit || hit.t > nearest || (found && hit.t == nearest && hit.id >= id)) continue;
-        found = true;
-        nearest = hit.t;
-        id = hit.id;
-        dz = hit.dz;
-        if (ray.any) return true;
-      }
-      return nearest <= t_exit;
-    });
-    if (found) best = {true, reference::world_t(nearest, entry.start, entry.scale), number, nearest, id, dz};
+    const TreeHit found =
+        search_tree(object, object_ray, ray.any != 0, count, visits ? &visits->objects[number] : nullptr);
+    if (found.hit)
+      best = {true, reference::world_t(found.t, entry.start, entry.scale), number, found.t, found.id, found.dz};
   };
   if (state.valid) {
-    walk_tree(scene.top, state, count.top_down, [&](const contract::LeafRecord& leaf, std::uint32_t t_exit) {
+    const auto at_leaf = [&](const contract::LeafRecord& leaf, std::uint32_t place, std::uint32_t t_exit) {
       ++count.top_leaf;
+      if (visits) visits->top.push_back(place);
       for (std::uint32_t i = 0; i < leaf.count; ++i) {
         const std::uint32_t number = scene.top.triangle(scene.top.reference(leaf, i)).id;
         const auto end = mailbox.begin() + static_cast<std::ptrdiff_t>(held);
@@ -135,7 +161,8 @@ TwoLevelHit trace_two_levels(const TwoLevelScene& scene, const contract::RayReco
         if (fault != 0 || (best.hit && ray.any)) return true;
       }
       return best.t <= t_exit;
-    });
+    };
+    walk_tree(scene.top, state, count.top_down, at_leaf);
   }
   if (fault != 0) best = {};
   if (status)

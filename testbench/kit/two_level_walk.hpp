@@ -5,8 +5,10 @@
 // Order of hits: (t in the world, instance, t in the object, id): total, so it does not depend on the order of visits. That is why the
 // instance of the best hit is never entered again (it was searched to its end), and why one with a lower number may still win at the same t.
 #pragma once
+#include <map>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "golden/engine/engine.hpp"
 #include "golden/tree/two_level_scene.hpp"
@@ -30,9 +32,19 @@ struct TwoLevelWork {
 
 inline constexpr int kInstanceMailbox = 4;
 
+/// The leaves that a walk visited, by number in their tree: of the top level, and of the object of each instance that was entered.
+struct TwoLevelVisits {
+  std::vector<std::uint32_t> top;
+  std::map<std::uint32_t, std::vector<std::uint32_t>> objects;
+};
+
 /// Closest hit, or for a ray that asks for any, the first one found. `status`: status_hit, status_miss, status_bad_ray or status_bad_record.
 TwoLevelHit trace_two_levels(const TwoLevelScene& scene, const contract::RayRecord& ray, TwoLevelWork* work = nullptr,
-                             std::uint32_t* status = nullptr);
+                             std::uint32_t* status = nullptr, TwoLevelVisits* visits = nullptr);
+
+/// The same walk over a tree of one level, in the fields that it has: hit, t, id.
+TwoLevelHit trace_one_level(const MemoryImage& image, const contract::RayRecord& ray,
+                            std::vector<std::uint32_t>& visits);
 
 /// An instance and a triangle of its object.
 struct TwoLevelTriangle {
