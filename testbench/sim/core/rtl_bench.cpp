@@ -74,8 +74,8 @@ int run(Arguments& arguments) {
   RtlOptions& options = arguments.rtl;
   options.ray_row = arguments.tiles ? static_cast<std::uint32_t>(width) : 0;
 
-  const auto [scene, world, grid, image] =
-      prepare_scene(open_scene(arguments.scene), arguments.build, arguments.two_level ? TwoLevels::kOn : TwoLevels::kOff);
+  const auto [scene, world, grid, image] = prepare_scene(open_scene(arguments.scene), arguments.build,
+                                                         arguments.two_level ? TwoLevels::kOn : TwoLevels::kOff);
   const ViewCamera view = default_view(scene, world);
   std::vector<GridRay> rays;
   // tile = 1 is image order.
