@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The units of the shader's arithmetic side by side, each with the same operands a clock (tests/rtl/rtl_float_test.cpp). The latencies are outputs, so that
 // the test need not repeat them.
 module tb_float (
