@@ -14,6 +14,7 @@
 #include "scenes/open_scene.hpp"
 #include "testbench/csim/csim_engine.hpp"
 #include "testbench/driver/board_engine.hpp"
+#include "testbench/driver/serial_device.hpp"
 #include "testbench/kit/random.hpp"
 #include "testbench/kit/test_rays.hpp"
 #include "testbench/sim/board/simulated_board.hpp"
