@@ -4,7 +4,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-mapfile -t sources < <(git ls-files '*.cpp' '*.hpp' ':!hls/include/contract*.hpp' ':!golden/contract/contract_records.hpp' ':!*certified_bounds.hpp' ':!hls/include/shader_isa.hpp' ':!golden/shader/isa.hpp')
+mapfile -t sources < <(git ls-files '*.cpp' '*.hpp' ':!hls/include/contract*.hpp' ':!golden/contract/contract_records.hpp' ':!*certified_bounds.hpp' ':!hls/shader/isa.hpp' ':!golden/shader/isa.hpp')
 clang-format --dry-run -Werror "${sources[@]}"
 scripts/prose.py
 # A licence in the first line of the hardware, but for what PeakRDL writes; LiteDRAM's is its own.

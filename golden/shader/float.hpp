@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "hls/include/shader_isa.hpp"
+#include "hls/shader/isa.hpp"
 
 namespace retrace::golden {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "hls/include/shader_isa.hpp"
+#include "hls/shader/isa.hpp"
 
 namespace retrace::shader {
 

@@ -6,7 +6,7 @@
 // Counterparts: golden/shader/float.hpp (host doubles, rounded once), rtl/shader/rt_float_*.sv.
 #pragma once
 #include "../include/pragmas.hpp"
-#include "../include/shader_isa.hpp"
+#include "isa.hpp"
 
 #include <ap_int.h>
 

@@ -93,7 +93,7 @@ def cpp_constants(isa):
 
 def sv_package(isa):
     lines = ["// SPDX-License-Identifier: Apache-2.0", "// " + NOTE, "//", "// Purpose     Constants of the shader unit's instruction set and the fields of its words.",
-             "// Counterpart hls/include/shader_isa.hpp, golden/shader/isa.hpp; docs/shader-isa.md explains them.", "package rt_shader_pkg;", ""]
+             "// Counterpart hls/shader/isa.hpp, golden/shader/isa.hpp; docs/shader-isa.md explains them.", "package rt_shader_pkg;", ""]
     for name, value, remark in constants(isa):
         lines.append("  localparam int unsigned %s = %d;%s" % (name, value, "  // " + remark if remark else ""))
     lines += ["", "  // A source of an instruction; with `immediate` the other bits are the upper 19 of a number.", "  typedef struct packed {"]
@@ -112,7 +112,7 @@ def quoted(text):
 
 def cpp_tables(isa):
     out = ["// " + NOTE, "// Instruction words on the host: fields, encoder, decoder, and the names that assembler and disassembler share.", "#pragma once",
-           "#include <array>", "#include <cstdint>", "#include <string_view>", "", '#include "hls/include/shader_isa.hpp"', "", "namespace retrace::shader {", "",
+           "#include <array>", "#include <cstdint>", "#include <string_view>", "", '#include "hls/shader/isa.hpp"', "", "namespace retrace::shader {", "",
            "/// A word of %d bits, the lowest in word 0." % WORD_BITS, "using Word = std::array<std::uint64_t, 2>;", "",
            "constexpr std::uint32_t word_field(const Word& word, int at, int bits) {", "  const std::uint64_t mask = (std::uint64_t{1} << bits) - 1;",
            "  if (at >= 64) return static_cast<std::uint32_t>(word[1] >> (at - 64) & mask);", "  std::uint64_t value = word[0] >> at;",
@@ -218,7 +218,7 @@ def page(isa):
 
 
 def outputs(isa):
-    return {"hls/include/shader_isa.hpp": cpp_constants(isa), "golden/shader/isa.hpp": cpp_tables(isa), "rtl/pkg/rt_shader_pkg.sv": sv_package(isa), "docs/shader-isa.md": page(isa)}
+    return {"hls/shader/isa.hpp": cpp_constants(isa), "golden/shader/isa.hpp": cpp_tables(isa), "rtl/pkg/rt_shader_pkg.sv": sv_package(isa), "docs/shader-isa.md": page(isa)}
 
 
 def main():
