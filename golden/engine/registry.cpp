@@ -89,11 +89,22 @@ std::vector<std::string> parse_engines(const std::string& list) {
 
 std::vector<std::size_t> places_held_against(std::span<const std::string> engines) {
   std::vector<std::size_t> places;
-  std::size_t first_fixed = engines.size();
   for (std::size_t i = 0; i < engines.size(); ++i) {
-    const bool fixed = find_engine(engines[i]).fixed_point;
-    if (fixed) first_fixed = std::min(first_fixed, i);
-    places.push_back(fixed && first_fixed < i ? first_fixed : 0);
+    const EngineKind& kind = find_engine(engines[i]);
+    const auto before = [&](const auto& meant) {
+      for (std::size_t j = 0; j < i; ++j)
+        if (meant(find_engine(engines[j]))) return j;
+      return i;
+    };
+    std::size_t place = 0;
+    if (kind.fixed_point && i > 0) {
+      place = before([&](const EngineKind& k) { return k.fixed_point && k.same_hits == kind.same_hits; });
+      if (place == i) place = before([](const EngineKind& k) { return !k.fixed_point; });
+      if (place == i)
+        throw UsageError("engines " + engines[0] + " and " + engines[i] +
+                         " choose among hits that are equally good: name golden before them");
+    }
+    places.push_back(place);
   }
   return places;
 }

@@ -34,7 +34,9 @@ struct CoreReport {
 struct EngineKind {
   std::string name;
   std::string help;
-  bool fixed_point = true;      ///< its hits must be bit-identical to those of every other fixed-point engine
+  bool fixed_point = true;
+  std::string same_hits =
+      "kd-backtrack";  ///< fixed-point engines that agree in every bit, edges and any hit included, have the same word here
   bool takes_argument = false;  ///< written name:argument, say a device
   bool stack = false;           ///< knows WayUp::kStack
   bool any_mailbox = false;     ///< takes a mailbox of any size; otherwise none or the kernel's
@@ -71,8 +73,9 @@ std::span<const EngineKind> engine_kinds();
 const EngineKind& find_engine(const std::string& specification);
 /// The engines of a list such as "golden,csim". Throws UsageError if one is named twice.
 std::vector<std::string> parse_engines(const std::string& list);
-/// Of each engine of a list, the place of the one that it is held against: the first, but for a fixed-point engine rather the first fixed-point
-/// one, because then nothing less than the same bits will do. The first stands for itself.
+/// Of each engine of a list, the place of the one that it is held against: of a fixed-point engine the first with the same hits, because then nothing
+/// less than the same bits will do, else the golden model; of the golden model the first. The first stands for itself. Throws UsageError
+/// where a fixed-point engine has neither before it.
 std::vector<std::size_t> places_held_against(std::span<const std::string> engines);
 /// Throws UsageError if the engine makes no pictures by itself.
 /// Throws as check_instances() does for an image of two levels.

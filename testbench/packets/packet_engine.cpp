@@ -326,6 +326,7 @@ std::unique_ptr<PacketEngine> make_packet_engine(const MemoryImage& image, const
 EngineKind packet_engine_kind() {
   EngineKind kind;
   kind.name = "packets";
+  kind.same_hits = "packets";
   kind.help = "static SaarCOR (2002), packets of rays with a stack, as a cycle model; argument: rays a packet";
   kind.takes_argument = true;
   kind.stack = true;

@@ -338,6 +338,7 @@ std::unique_ptr<StreamEngine> make_stream_engine(std::span<const std::uint64_t> 
 EngineKind stream_engine_kind() {
   EngineKind kind;
   kind.name = "stream";
+  kind.same_hits = "grid";
   kind.help =
       "the streaming machine (Purcell 2002) over a uniform grid; stream:multipass (the default) or stream:branching";
   kind.takes_argument = true;

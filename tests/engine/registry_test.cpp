@@ -48,12 +48,19 @@ class Registry : public testing::Test {
       if (argument == "bad") throw UsageError("able: a bad argument");
     };
     register_engine(able);
+    EngineKind exact = kind_of("exact");
+    exact.fixed_point = false;
+    register_engine(exact);
+    EngineKind other = kind_of("other");
+    other.takes_argument = true;
+    other.same_hits = "otherwise";
+    register_engine(other);
     register_absent_engine("absent", "build it in");
   }
 };
 
 TEST_F(Registry, FindsByName) {
-  ASSERT_EQ(engine_kinds().size(), 2u);
+  ASSERT_EQ(engine_kinds().size(), 4u);
   EXPECT_EQ(find_engine("plain").name, "plain");
   EXPECT_EQ(find_engine("able").name, "able");
   EXPECT_EQ(find_engine("able:x:y").name, "able");
@@ -63,12 +70,25 @@ TEST_F(Registry, FindsByName) {
 }
 
 TEST_F(Registry, RefusesWhatItDoesNotKnow) {
-  EXPECT_EQ(usage_error([] { find_engine("pla"); }), "there is no engine 'pla'; there are: plain, able");
-  EXPECT_EQ(usage_error([] { find_engine(""); }), "there is no engine ''; there are: plain, able");
+  EXPECT_EQ(usage_error([] { find_engine("pla"); }), "there is no engine 'pla'; there are: plain, able, exact, other");
+  EXPECT_EQ(usage_error([] { find_engine(""); }), "there is no engine ''; there are: plain, able, exact, other");
   EXPECT_EQ(usage_error([] { find_engine("plain:x"); }), "engine plain takes no argument: 'plain:x'");
   EXPECT_EQ(usage_error([] { find_engine("absent:x"); }), "this program was built without engine absent: build it in");
   EXPECT_THROW(register_engine(kind_of("plain")), std::logic_error);
-  EXPECT_EQ(engine_kinds().size(), 2u);
+  EXPECT_EQ(engine_kinds().size(), 4u);
+}
+
+TEST_F(Registry, AnEngineIsHeldAgainstItsLikeOrTheGoldenModel) {
+  using Names = std::vector<std::string>;
+  using Places = std::vector<std::size_t>;
+  EXPECT_EQ(places_held_against(Names{"exact", "plain", "able"}), (Places{0, 0, 1}));
+  EXPECT_EQ(places_held_against(Names{"plain", "exact", "able"}), (Places{0, 0, 0}));
+  EXPECT_EQ(places_held_against(Names{"exact", "other:1", "plain", "other:2", "able"}), (Places{0, 0, 0, 1, 2}));
+  EXPECT_EQ(places_held_against(Names{"plain", "exact", "other"}), (Places{0, 0, 1}));
+  EXPECT_EQ(usage_error([] {
+              places_held_against(Names{"plain", "other", "exact"});
+            }),
+            "engines plain and other choose among hits that are equally good: name golden before them");
 }
 
 TEST_F(Registry, ChecksOptions) {
