@@ -7,10 +7,19 @@
 #include <cmath>
 #include <limits>
 
+#include "golden/base/error.hpp"
 #include "golden/render/sampling.hpp"
 #include "golden/render/tonemap.hpp"
 
 namespace retrace {
+
+LightChoice parse_lights(const std::string& name) {
+  if (name == "auto") return LightChoice::kAuto;
+  if (name == "scene") return LightChoice::kScene;
+  if (name == "rig") return LightChoice::kRig;
+  throw UsageError("lights is auto, scene or rig, not '" + name + "'");
+}
+
 namespace {
 
 /// Emissive surfaces light the scene if they are at least this part of its surface; smaller ones (lamps of a car) only glow.

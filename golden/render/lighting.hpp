@@ -20,6 +20,8 @@ struct Sky {
 };
 
 enum class LightChoice { kAuto, kScene, kRig };
+/// "auto", "scene" or "rig". Throws UsageError.
+LightChoice parse_lights(const std::string& name);
 
 /// Light that arrives at a point from one place if nothing is in between.
 struct LightSample {

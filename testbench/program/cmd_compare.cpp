@@ -314,10 +314,7 @@ void run_compare(const CompareArguments& a, Program& program) {
   const ViewCamera camera = default_view(loaded.scene, loaded.world, a.camera);
   const Surfaces surfaces(loaded.scene, loaded.world, loaded.grid);
   Contest contest(loaded, names, trace);
-  const LightChoice choice = a.lights == "scene" ? LightChoice::kScene
-                             : a.lights == "rig" ? LightChoice::kRig
-                                                 : LightChoice::kAuto;
-  const Lighting lighting(surfaces, camera, choice,
+  const Lighting lighting(surfaces, camera, parse_lights(a.lights),
                           is_indoors(surfaces, camera, loaded.grid.box, contest.first(), trace));
 
   Picture seen;

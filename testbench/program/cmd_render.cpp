@@ -97,9 +97,7 @@ void run_render(RenderArguments& a, const Common& common) {
   options.height = size.height;
   options.trace.way_up = parse_way_up(a.way_up);
   options.trace.threads = common.threads;
-  options.lights = a.lights == "scene" ? LightChoice::kScene
-                   : a.lights == "rig" ? LightChoice::kRig
-                                       : LightChoice::kAuto;
+  options.lights = parse_lights(a.lights);
   parse_exposure(a.exposure, 1.0);
   if (is_shader_engine(a.engine)) return run_with_program(a, common);
   if (!a.program.empty() || a.profile) throw UsageError("--program and --profile are for engine spu");

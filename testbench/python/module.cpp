@@ -377,8 +377,6 @@ nb::dict render(EngineHandle& engine, int width, int height, int spp, bool shado
   check_range("light_samples", light_samples, 1, 1024);
   if (ao_distance && !(std::isfinite(*ao_distance) && *ao_distance > 0))
     throw UsageError("ao_distance is a finite number above 0");
-  if (lights != "auto" && lights != "scene" && lights != "rig")
-    throw UsageError("lights is auto, scene or rig, not '" + lights + "'");
   options.width = width;
   options.height = height;
   options.spp = spp;
@@ -386,7 +384,7 @@ nb::dict render(EngineHandle& engine, int width, int height, int spp, bool shado
   options.ao = ao;
   options.ao_distance = ao_distance.value_or(0.0);
   options.light_samples = light_samples;
-  options.lights = lights == "scene" ? LightChoice::kScene : lights == "rig" ? LightChoice::kRig : LightChoice::kAuto;
+  options.lights = parse_lights(lights);
   options.seed = seed;
   options.progress = [](double) {
     const nb::gil_scoped_acquire acquired;
