@@ -93,10 +93,12 @@ def main():
     print("| step | scene | size | clocks a ray | bytes a ray | leaves | tests | busy, percent: %s |" % ", ".join(SHOWN))
     print("| --- " * 8 + "|", flush=True)
     programs = {}
+    # By their hashes: a folder of an earlier HEAD must not stand for this one.
+    revisions = {name: run(["git", "rev-parse", "--short", STEPS[name][0]], "the revision of " + name).strip() for name in names}
     for name in names:
-        revision = STEPS[name][0]
+        revision = revisions[name]
         if arguments.program is None and revision not in programs:
-            programs[revision] = build(revision, [other for other in names if STEPS[other][0] == revision])
+            programs[revision] = build(revision, [other for other in names if revisions[other] == revision])
         for scene, path in SCENES:
             for size in arguments.sizes.split(","):
                 print(row(name, scene, path, size, arguments.program or programs[revision]), flush=True)
