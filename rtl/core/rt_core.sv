@@ -1094,7 +1094,6 @@ module rt_core #(
     return rt_config_pkg::counter_step_t'(event_bit);
   endfunction
   logic [Lanes-1:0] lane_hit, lane_busy, lane_starved;
-  logic             leaf_blocked, reference_blocked, test_busy, test_starved;
   for (genvar l = 0; l < int'(Lanes); l++) begin : gen_events
     always_ff @(posedge clk_i) begin
       lane_hit[l]     <= lane_events[l].hit;
@@ -1102,10 +1101,6 @@ module rt_core #(
       lane_starved[l] <= !lane_events[l].busy && lane_events[l].starved;
     end
   end
-  assign leaf_blocked      = !leaf_events.busy && !leaf_events.starved;
-  assign reference_blocked = !reference_events.busy && !reference_events.starved;
-  assign test_busy         = test_valid;
-  assign test_starved      = !test_valid && reference_events.starved;
   rt_config_pkg::counter_steps_t steps;
   always_ff @(posedge clk_i) steps_o <= steps;
   always_comb begin
@@ -1128,19 +1123,14 @@ module rt_core #(
     steps.triangle_misses   = one(reference_events.miss);
     steps.lane_busy         = rt_config_pkg::counter_step_t'($countones(lane_busy));
     steps.lane_starved      = rt_config_pkg::counter_step_t'($countones(lane_starved));
-    steps.lane_blocked      = rt_config_pkg::counter_step_t'($countones(~(lane_busy | lane_starved)));
     steps.leaf_busy         = one(leaf_events.busy);
     steps.leaf_starved      = one(!leaf_events.busy && leaf_events.starved);
-    steps.leaf_blocked      = one(leaf_blocked);
-    steps.test_busy         = one(test_busy);
-    steps.test_starved      = one(test_starved);
-    steps.test_blocked      = one(!test_busy && !test_starved);
+    steps.test_busy         = one(test_valid);
+    steps.test_starved      = one(!test_valid && reference_events.starved);
     steps.reference_busy    = one(reference_events.busy);
     steps.reference_starved = one(!reference_events.busy && reference_events.starved);
-    steps.reference_blocked = one(reference_blocked);
     steps.result_busy       = one(result_events.busy);
     steps.result_starved    = one(!result_events.busy && result_events.starved);
-    steps.result_blocked    = one(!result_events.busy && !result_events.starved);
     steps.context_clocks    = rt_config_pkg::counter_step_t'(contexts_used);
     steps.entries           = one(enter_valid);
     steps.entry_passed      = one(entry_passed);

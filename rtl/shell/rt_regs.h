@@ -20,7 +20,7 @@ extern "C" {
 #define RT_REGS__VERSION__CORE_bm 0xff
 #define RT_REGS__VERSION__CORE_bp 0
 #define RT_REGS__VERSION__CORE_bw 8
-#define RT_REGS__VERSION__CORE_reset 0x4
+#define RT_REGS__VERSION__CORE_reset 0x5
 #define RT_REGS__VERSION__IMAGE_bm 0xff00
 #define RT_REGS__VERSION__IMAGE_bp 8
 #define RT_REGS__VERSION__IMAGE_bw 8
@@ -222,23 +222,17 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t write_beats;
     uint32_t lane_busy;
     uint32_t lane_starved;
-    uint32_t lane_blocked;
     uint32_t leaf_busy;
     uint32_t leaf_starved;
-    uint32_t leaf_blocked;
     uint32_t test_busy;
     uint32_t test_starved;
-    uint32_t test_blocked;
     uint32_t bus_busy;
     uint32_t bus_starved;
-    uint32_t bus_blocked;
     uint32_t reference_busy;
     uint32_t reference_starved;
-    uint32_t reference_blocked;
     uint32_t context_clocks;
     uint32_t result_busy;
     uint32_t result_starved;
-    uint32_t result_blocked;
     uint32_t entries;
     uint32_t entry_passed;
     uint32_t entry_refused;
@@ -272,7 +266,7 @@ typedef struct __attribute__ ((__packed__)) {
 } rt_regs_t;
 
 
-static_assert(sizeof(rt_regs_t) == 0x1a4, "Packing error");
+static_assert(sizeof(rt_regs_t) == 0x18c, "Packing error");
 
 #ifdef __cplusplus
 }

@@ -310,9 +310,9 @@ module rt_regs (
         decoded_reg_strb.pictures = cpuif_req_masked & (cpuif_addr >= 9'h80) & (cpuif_addr <= 9'h80 + 9'h7f);
         is_external |= cpuif_req_masked & (cpuif_addr >= 9'h80) & (cpuif_addr <= 9'h80 + 9'h7f);
         is_valid_rw |= cpuif_req_masked & (cpuif_addr >= 9'h80) & (cpuif_addr <= 9'h80 + 9'h7f);
-        decoded_reg_strb.counters = cpuif_req_masked & (cpuif_addr >= 9'h100) & (cpuif_addr <= 9'h100 + 9'ha3);
-        is_external |= cpuif_req_masked & (cpuif_addr >= 9'h100) & (cpuif_addr <= 9'h100 + 9'ha3);
-        is_valid_rw |= cpuif_req_masked & (cpuif_addr >= 9'h100) & (cpuif_addr <= 9'h100 + 9'ha3);
+        decoded_reg_strb.counters = cpuif_req_masked & (cpuif_addr >= 9'h100) & (cpuif_addr <= 9'h100 + 9'h8b);
+        is_external |= cpuif_req_masked & (cpuif_addr >= 9'h100) & (cpuif_addr <= 9'h100 + 9'h8b);
+        is_valid_rw |= cpuif_req_masked & (cpuif_addr >= 9'h100) & (cpuif_addr <= 9'h100 + 9'h8b);
         decoded_err = '0;
         decoded_req_is_external = is_external;
     end
@@ -990,7 +990,7 @@ module rt_regs (
             readback_data_var[ad_hi(9'h0)][31:0] = 32'h52545243;
         end
         if(ad_low(rd_mux_addr) == ad_low(9'h4)) begin
-            readback_data_var[ad_hi(9'h4)][7:0] = 8'h4;
+            readback_data_var[ad_hi(9'h4)][7:0] = 8'h5;
             readback_data_var[ad_hi(9'h4)][15:8] = hwif_in.version.image.next;
         end
         if(ad_low(rd_mux_addr) == ad_low(9'h8)) begin
@@ -1092,7 +1092,7 @@ module rt_regs (
             readback_data_var = hwif_in.pictures.rd_data;
             is_external_block_var = 1'b1;
         end
-        if((rd_mux_addr >= 9'h100) && (rd_mux_addr <= 9'h100 + 9'ha3)) begin
+        if((rd_mux_addr >= 9'h100) && (rd_mux_addr <= 9'h100 + 9'h8b)) begin
             readback_data_var = hwif_in.counters.rd_data;
             is_external_block_var = 1'b1;
         end

@@ -5,7 +5,7 @@ package rt_regs_pkg;
 
     localparam RT_REGS_DATA_WIDTH = 32;
     localparam RT_REGS_MIN_ADDR_WIDTH = 9;
-    localparam RT_REGS_SIZE = 'h1a4;
+    localparam RT_REGS_SIZE = 'h18c;
 
     typedef struct {
         logic [7:0] next;

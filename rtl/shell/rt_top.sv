@@ -488,7 +488,6 @@ module rt_top #(
     // Busy: a beat either way, as memories share their bandwidth between the two.
     steps.bus_busy    = rt_config_pkg::counter_step_t'(axi_r_valid_i || written);
     steps.bus_starved = rt_config_pkg::counter_step_t'(!axi_r_valid_i && !written && !reading);
-    steps.bus_blocked = rt_config_pkg::counter_step_t'(!axi_r_valid_i && !written && reading);
   end
   rt_counters #(
       .Count   (rt_config_pkg::CounterCount),

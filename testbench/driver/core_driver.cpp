@@ -241,16 +241,17 @@ CoreCounters CoreDriver::counters() {
   RT_COUNTER(entry_refused);
   RT_COUNTER(entry_blocked);
 #undef RT_COUNTER
-#define RT_UNIT(member, name)                                                   \
+  // A unit that is neither busy nor starved is blocked: no counter of its own. Modulo 2^32, as the counters are.
+#define RT_UNIT(member, name, units)                                            \
   c.member.busy = device_.read_register(RT_OFFSET(counters.name##_busy));       \
   c.member.starved = device_.read_register(RT_OFFSET(counters.name##_starved)); \
-  c.member.blocked = device_.read_register(RT_OFFSET(counters.name##_blocked))
-  RT_UNIT(lanes, lane);
-  RT_UNIT(leaf_unit, leaf);
-  RT_UNIT(references, reference);
-  RT_UNIT(tri_test, test);
-  RT_UNIT(results, result);
-  RT_UNIT(bus, bus);
+  c.member.blocked = static_cast<std::uint32_t>(c.clocks * (units) - c.member.busy - c.member.starved)
+  RT_UNIT(lanes, lane, static_cast<std::uint64_t>(identity_.lanes));
+  RT_UNIT(leaf_unit, leaf, 1);
+  RT_UNIT(references, reference, 1);
+  RT_UNIT(tri_test, test, 1);
+  RT_UNIT(results, result, 1);
+  RT_UNIT(bus, bus, 1);
 #undef RT_UNIT
   return c;
 }
