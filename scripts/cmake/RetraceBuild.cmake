@@ -78,6 +78,10 @@ if(NOT RETRACE_AP_INCLUDE)
   message(FATAL_ERROR "ap_int.h not found in: ${_ap_candidates}. Run scripts/setup.sh, or name a folder with -DRETRACE_AP_TYPES=")
 endif()
 add_library(retrace_ap_types INTERFACE)
+# In C simulation the kernels' integers are those of testbench/csim/include/ap_int.h, which ap_int_values holds against the vendor's.
+if(NOT RETRACE_VENDOR_INTEGERS)
+  target_include_directories(retrace_ap_types SYSTEM INTERFACE ${CMAKE_SOURCE_DIR}/testbench/csim/include)
+endif()
 target_include_directories(retrace_ap_types SYSTEM INTERFACE ${RETRACE_AP_INCLUDE})
 # The open ap_types alias their storage and read the bits they are about to replace.
 target_compile_options(retrace_ap_types INTERFACE -fno-strict-aliasing -Wno-uninitialized $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
