@@ -1,15 +1,14 @@
 // GLB: glTF 2.0 specification, section 4.
 #include "golden/gltf/glb_writer.hpp"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+
+#include "golden/picture/picture_codec.hpp"
 
 namespace retrace {
 namespace {
@@ -36,17 +35,12 @@ Bytes encode_png(const Texture& texture) {
     raw.insert(raw.end(), {to_srgb(t.r), to_srgb(t.g), to_srgb(t.b)});
     if (!opaque) raw.push_back(static_cast<std::uint8_t>(std::clamp(t.a, 0.0f, 1.0f) * 255.0f + 0.5f));
   }
-  Bytes encoded;
-  OIIO::Filesystem::IOVecOutput sink(encoded);
-  const auto output = OIIO::ImageOutput::create("png");
-  OIIO::ImageSpec spec(texture.width, texture.height, channels, OIIO::TypeDesc::UINT8);
-  spec.attribute("oiio:UnassociatedAlpha", 1);
-  spec.attribute("png:compressionLevel", 6);
-  if (!output || !output->set_ioproxy(&sink) || !output->open("memory.png", spec) ||
-      !output->write_image(OIIO::TypeDesc::UINT8, raw.data()) || !output->close())
-    throw Error("texture '" + texture.name +
-                "' cannot be encoded: " + (output ? output->geterror() : OIIO::geterror()));
-  return encoded;
+  try {
+    return picture_codec().encode_png(texture.width, texture.height, channels, raw.data(),
+                                      {{"oiio:UnassociatedAlpha", 1}, {"png:compressionLevel", 6}});
+  } catch (const Error& error) {
+    throw Error("texture '" + texture.name + "' cannot be encoded: " + error.what());
+  }
 }
 
 /// JSON of a float: the double whose shortest text is the float's shortest text.

@@ -1,18 +1,17 @@
-// OpenImageIO reads from memory; the format is told by the first bytes, since names and MIME types lie.
+// The format is told by the first bytes, since names and MIME types lie.
 // PNG: W3C Recommendation, second edition, section 5. Only its critical chunks and transparency reach the decoder: glTF
 // says that colour spaces in images are to be ignored, libpng complains about many of them on standard error, and a
 // file that is cut off makes it jump over destructors.
 #include "golden/gltf/gltf_image.hpp"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
 #include <zlib.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
 #include <string_view>
+
+#include "golden/picture/picture_codec.hpp"
 
 namespace retrace::gltf {
 namespace {
@@ -77,13 +76,6 @@ std::vector<std::uint8_t> plain_png(std::span<const std::uint8_t> bytes, std::ui
   }
 }
 
-std::string one_line(std::string text) {
-  while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < 0x20) c = ' ';
-  return text;
-}
-
 }  // namespace
 
 Texture decode_image(std::span<const std::uint8_t> bytes, std::uint64_t max_texels, Content content) {
@@ -94,23 +86,18 @@ Texture decode_image(std::span<const std::uint8_t> bytes, std::uint64_t max_texe
     plain = plain_png(bytes, max_texels);
     bytes = plain;
   }
-  OIIO::Filesystem::IOMemReader reader(const_cast<std::uint8_t*>(bytes.data()), bytes.size());
-  const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(format);
-  if (!input) throw Error("cannot be decoded: " + one_line(OIIO::geterror()));
-  OIIO::ImageSpec config, spec;
-  config.attribute("oiio:UnassociatedAlpha", 1);  // glTF's alpha is not premultiplied
-  if (!input->set_ioproxy(&reader) || !input->open(std::string("memory.") + format, spec, config))
-    throw Error("cannot be decoded: " + one_line(input->geterror()));
-  if (spec.nchannels <= 0) throw Error("has no channels");
-  check_size(static_cast<std::uint64_t>(std::max(spec.width, 0)), static_cast<std::uint64_t>(std::max(spec.height, 0)),
-             max_texels);
-  const std::size_t count = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
+  const DecodedPicture picture = picture_codec().decode(format, bytes, [&](int width, int height, int channels) {
+    if (channels <= 0) throw Error("has no channels");
+    check_size(static_cast<std::uint64_t>(std::max(width, 0)), static_cast<std::uint64_t>(std::max(height, 0)),
+               max_texels);
+  });
+  const std::size_t count = static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height);
 
-  const int channels = std::min(spec.nchannels, 4);
+  const int channels = picture.channels;
   const bool grey = channels < 3, alpha = channels == 2 || channels == 4;
   Texture texture;
-  texture.width = spec.width;
-  texture.height = spec.height;
+  texture.width = picture.width;
+  texture.height = picture.height;
   texture.texels.resize(count);
   const auto stride = static_cast<std::size_t>(channels);
   const auto fill = [&](const auto& raw, const auto& colour, const auto& opacity) {
@@ -120,8 +107,7 @@ Texture decode_image(std::span<const std::uint8_t> bytes, std::uint64_t max_texe
       texture.texels[i] = {r, grey ? r : colour(p[1]), grey ? r : colour(p[2]), alpha ? opacity(p[stride - 1]) : 1.0f};
     }
   };
-  bool read = false;
-  if (spec.format == OIIO::TypeDesc::UINT8) {
+  if (picture.sample == Sample::kByte) {
     static const std::array<float, 256> table = [] {
       std::array<float, 256> t;
       for (std::size_t i = 0; i < t.size(); ++i) t[i] = linear(static_cast<float>(i) / 255.0f);
@@ -133,20 +119,13 @@ Texture decode_image(std::span<const std::uint8_t> bytes, std::uint64_t max_texe
       return t;
     }();
     const auto& colour = content == Content::kColor ? table : plain_table;
-    std::vector<std::uint8_t> raw(count * stride);
-    read = input->read_image(0, 0, 0, channels, OIIO::TypeDesc::UINT8, raw.data());
-    if (read)
-      fill(
-          raw, [&](std::uint8_t x) { return colour[x]; },
-          [](std::uint8_t x) { return static_cast<float>(x) / 255.0f; });
+    fill(
+        picture.bytes, [&](std::uint8_t x) { return colour[x]; },
+        [](std::uint8_t x) { return static_cast<float>(x) / 255.0f; });
   } else {
-    std::vector<float> raw(count * stride);
-    read = input->read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, raw.data());
-    if (read)
-      fill(
-          raw, [&](float x) { return content == Content::kColor ? linear(x) : x; }, [](float x) { return x; });
+    fill(
+        picture.floats, [&](float x) { return content == Content::kColor ? linear(x) : x; }, [](float x) { return x; });
   }
-  if (!read) throw Error("cannot be decoded: " + one_line(input->geterror()));
   return texture;
 }
 

@@ -1,4 +1,4 @@
-// Encoded images (PNG, JPEG) to linear textures, through OpenImageIO.
+// Encoded images (PNG, JPEG) to linear textures.
 #pragma once
 #include <cstdint>
 #include <span>

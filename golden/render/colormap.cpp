@@ -1,12 +1,12 @@
 #include "golden/render/colormap.hpp"
 
-#include <OpenImageIO/imagebufalgo.h>
-
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <vector>
 
-#include "golden/base/error.hpp"
+#include "golden/picture/picture_codec.hpp"
 #include "golden/render/tonemap.hpp"
 
 namespace retrace {
@@ -16,19 +16,12 @@ constexpr int kSteps = 1024;
 using Table = std::array<glm::vec3, kSteps + 1>;
 
 Table make_table(const char* name) {
-  OIIO::ImageBuf ramp(OIIO::ImageSpec(kSteps + 1, 1, 1, OIIO::TypeFloat));
-  for (int i = 0; i <= kSteps; ++i) {
-    const float value = static_cast<float>(i) / kSteps;
-    ramp.setpixel(i, 0, &value);
-  }
-  const OIIO::ImageBuf mapped = OIIO::ImageBufAlgo::color_map(ramp, 0, name);
-  if (mapped.has_error()) throw Error("colour map: " + mapped.geterror());
+  std::array<float, kSteps + 1> values;
+  for (int i = 0; i <= kSteps; ++i) values[static_cast<std::size_t>(i)] = static_cast<float>(i) / kSteps;
+  const std::vector<glm::vec3> colors = picture_codec().color_map(name, values);
   Table table;
-  for (int i = 0; i <= kSteps; ++i) {
-    glm::vec3 linear;
-    mapped.getpixel(i, 0, &linear.x, 3);
-    table[static_cast<std::size_t>(i)] = srgb_encode(linear);
-  }
+  std::transform(colors.begin(), colors.end(), table.begin(),
+                 [](const glm::vec3& linear) { return srgb_encode(linear); });
   return table;
 }
 

@@ -1,5 +1,5 @@
 // Perceptually uniform colour maps for heat maps: value in [0, 1] to sRGB-encoded colour in [0, 1].
-// The maps are OpenImageIO's.
+// The maps are OpenImageIO's (golden/picture).
 #pragma once
 #include <glm/glm.hpp>
 

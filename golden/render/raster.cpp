@@ -1,23 +1,15 @@
-// Rasters, legends and OpenImageIO, see raster.hpp.
+// Rasters, legends and files of pictures, see raster.hpp.
 #include "golden/render/raster.hpp"
-
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-#include <sys/mman.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cerrno>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <limits>
-#include <memory>
-#include <system_error>
 
+#include "golden/picture/picture_codec.hpp"
 #include "golden/scene/scene.hpp"
 
 namespace retrace {
@@ -186,10 +178,9 @@ namespace {
 
 /// How a picture becomes a file.
 struct Format {
-  std::string name;  ///< of OpenImageIO's writer
+  std::string name;
   bool linear = false;
   int most_channels = 4;
-  bool integers = false;  ///< of 32 bits
 };
 
 Format format_of(const std::filesystem::path& path) {
@@ -197,104 +188,26 @@ Format format_of(const std::filesystem::path& path) {
   if (extension.empty() && is_written_through(path)) extension = ".png";
   if (extension.empty())
     throw Error("cannot write " + path.string() + ": the name needs an extension such as .png or .exr");
-  const auto writer = OIIO::ImageOutput::create("picture" + extension);
   Format format;
-  if (writer) format.name = writer->format_name();
-  // Those two write no file.
-  if (format.name.empty() || format.name == "null" || format.name == "term") {
-    (void)OIIO::geterror();
+  format.name = picture_codec().writer_of(extension);
+  if (format.name.empty())
     throw Error("cannot write " + path.string() + ": no image format is known for '" + extension + "'");
-  }
   format.linear = format.name == "openexr" || format.name == "hdr";
   if (format.name == "hdr") format.most_channels = 3;
   return format;
 }
 
-/// An open writer whose file is in memory.
-class Encoder {
- public:
-  Encoder(const std::filesystem::path& path, const Format& format, int width, int height, int channels,
-          const std::vector<std::string>& channel_names)
-      : path_(path), width_(width), height_(height), proxy_(bytes_), writer_(OIIO::ImageOutput::create(format.name)) {
-    if (!writer_) fail(OIIO::geterror());
-    OIIO::ImageSpec spec(width, height, channels,
-                         format.integers ? OIIO::TypeDesc::UINT32
-                         : format.linear ? OIIO::TypeDesc::FLOAT
-                                         : OIIO::TypeDesc::UINT8);
-    if (!channel_names.empty()) {
-      spec.channelnames = channel_names;
-    } else if (channels == 1) {
-      spec.channelnames = {"Y"};
-    }
-    spec.attribute("Software", "retrace");
-    spec.attribute("oiio:ColorSpace", format.linear ? "Linear" : "sRGB");
-    if (format.linear) spec.attribute("compression", "zip");
-    std::string name = path.string();
-    // TIFF seeks behind the end, which OpenImageIO 2.4's file in a vector does not bear.
-    if (writer_->supports("ioproxy") && format.name != "tiff") {
-      void* proxy = &proxy_;
-      spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
-    } else {
-      // Such a writer wants a name and does not say when its file is cut short. A file in memory never is, but by a limit.
-      constexpr std::uint64_t kFrame = 65536;  // what a format adds to the pixels at most
-      rlimit limit{};
-      if (::getrlimit(RLIMIT_FSIZE, &limit) == 0 && spec.image_bytes() + kFrame > limit.rlim_cur)
-        fail(std::generic_category().message(EFBIG));
-      memory_ = ::memfd_create("picture", MFD_CLOEXEC);
-      if (memory_ < 0) fail(std::generic_category().message(errno));
-      name = "/proc/self/fd/" + std::to_string(memory_);
-    }
-    if (!writer_->open(name, spec)) fail(writer_->geterror());
-  }
-  ~Encoder() {
-    writer_.reset();
-    if (memory_ >= 0) ::close(memory_);
-  }
-  Encoder(const Encoder&) = delete;
-  Encoder& operator=(const Encoder&) = delete;
-
-  std::string encode(OIIO::TypeDesc type, const void* pixels) {
-    if (!writer_->write_image(type, pixels)) fail(writer_->geterror());
-    if (!writer_->close()) fail(writer_->geterror());
-    std::string bytes(reinterpret_cast<const char*>(bytes_.data()), bytes_.size());
-    if (memory_ >= 0) {
-      bytes.clear();
-      if (const int error = read_memory_file(memory_, bytes); error != 0) fail(std::generic_category().message(error));
-    }
-    check_readable(bytes);
-    return bytes;
-  }
-
- private:
-  /// Some writers report success for what no reader takes (JPEG 2000 of few pixels).
-  void check_readable(std::string& bytes) const {
-    const auto reader = OIIO::ImageInput::create(writer_->format_name());
-    if (!reader) return;
-    OIIO::ImageSpec config, seen;
-    OIIO::Filesystem::IOMemReader memory(bytes.data(), bytes.size());
-    std::string name = "picture";
-    if (reader->supports("ioproxy")) {
-      void* proxy = &memory;
-      config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
-    } else if (memory_ >= 0) {
-      name = "/proc/self/fd/" + std::to_string(memory_);
-    } else {
-      return;
-    }
-    if (!reader->open(name, seen, config)) fail(reader->geterror());
-    if (seen.width != width_ || seen.height != height_) fail("the format does not take a picture of this size");
-  }
-  [[noreturn]] void fail(const std::string& why) const {
-    throw Error("cannot write " + path_.string() + ": " + (why.empty() ? "the format does not take it" : why));
-  }
-
-  const std::filesystem::path& path_;
-  int width_, height_;
-  std::vector<unsigned char> bytes_;
-  OIIO::Filesystem::IOVecOutput proxy_;
-  int memory_ = -1;
-  std::unique_ptr<OIIO::ImageOutput> writer_;
-};
+PictureFile file_of(const std::filesystem::path& path, const Format& format, int width, int height, int channels) {
+  PictureFile file;
+  file.path = path;
+  file.format = format.name;
+  file.width = width;
+  file.height = height;
+  file.channels = std::min(channels, format.most_channels);
+  file.sample = format.linear ? Sample::kFloat : Sample::kByte;
+  file.linear = format.linear;
+  return file;
+}
 
 }  // namespace
 
@@ -303,27 +216,28 @@ bool is_linear_format(const std::filesystem::path& path) { return format_of(path
 void check_raster(const std::filesystem::path& path, int width, int height, int channels) {
   const Format format = format_of(path);
   if (format.name == "png") return;  // takes all, and libpng complains on standard error about a file without pixels
-  const Encoder encoder(path, format, width, height, std::min(channels, format.most_channels), {});
+  (void)picture_codec().encode(file_of(path, format, width, height, channels), Sample::kFloat, nullptr);
 }
 
 std::string encode_raster(const std::filesystem::path& path, const Raster& raster,
                           const std::vector<std::string>& channel_names) {
-  const Format format = format_of(path);
-  const int channels = std::min(raster.channels, format.most_channels);
-  Encoder encoder(path, format, raster.width, raster.height, channels, channel_names);
-  if (channels == raster.channels) return encoder.encode(OIIO::TypeDesc::FLOAT, raster.data.data());
+  PictureFile file = file_of(path, format_of(path), raster.width, raster.height, raster.channels);
+  file.channel_names = channel_names;
+  if (file.channels == raster.channels) return picture_codec().encode(file, Sample::kFloat, raster.data.data());
   std::vector<float> pixels;
   pixels.reserve(raster.data.size());
   for (int y = 0; y < raster.height; ++y)
-    for (int x = 0; x < raster.width; ++x) pixels.insert(pixels.end(), raster.at(x, y), raster.at(x, y) + channels);
-  return encoder.encode(OIIO::TypeDesc::FLOAT, pixels.data());
+    for (int x = 0; x < raster.width; ++x)
+      pixels.insert(pixels.end(), raster.at(x, y), raster.at(x, y) + file.channels);
+  return picture_codec().encode(file, Sample::kFloat, pixels.data());
 }
 
 void write_ids(OutputFile& output, int width, int height, const std::vector<std::uint32_t>& ids,
                const std::string& channel) {
-  const Format format{"openexr", true, 1, true};
-  Encoder encoder(output.path(), format, width, height, 1, {channel});
-  output.write(encoder.encode(OIIO::TypeDesc::UINT32, ids.data()));
+  PictureFile file = file_of(output.path(), {"openexr", true, 1}, width, height, 1);
+  file.sample = Sample::kWord;
+  file.channel_names = {channel};
+  output.write(picture_codec().encode(file, Sample::kWord, ids.data()));
 }
 
 void write_raster(OutputFile& output, const Raster& raster, const std::vector<std::string>& channel_names) {

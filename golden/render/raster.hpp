@@ -1,4 +1,4 @@
-// A float image in memory, the few drawing operations that legends need, and writing it through OpenImageIO.
+// A float image in memory, the few drawing operations that legends need, and writing it as a file.
 #pragma once
 #include <cstdint>
 #include <filesystem>

@@ -1,12 +1,10 @@
 // The page of `retrace lab --html`: page.html (compiled in) with the report, the plots and the heat maps put into it.
-// Maps are PNGs, written by OpenImageIO into memory, as data URIs.
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
+// Maps are PNGs, written into memory, as data URIs.
 #include <algorithm>
 #include <cmath>
 
 #include "golden/base/base64.hpp"
+#include "golden/picture/picture_codec.hpp"
 #include "golden/render/colormap.hpp"
 #include "golden/scene/scene.hpp"
 #include "lab.hpp"
@@ -25,15 +23,7 @@ std::string png_uri(const std::vector<float>& values, int width, int height, flo
     for (int c = 0; c < 3; ++c)
       pixels.push_back(static_cast<unsigned char>(std::lround(std::clamp(color[c], 0.0f, 1.0f) * 255.0f)));
   }
-  std::vector<unsigned char> file;
-  OIIO::Filesystem::IOVecOutput memory(file);
-  const auto output = OIIO::ImageOutput::create("png");
-  if (!output) throw Error("heat map: OpenImageIO cannot write PNG: " + OIIO::geterror());
-  OIIO::ImageSpec spec(width, height, 3, OIIO::TypeDesc::UINT8);
-  void* proxy = &memory;
-  spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
-  if (!output->open("map.png", spec) || !output->write_image(OIIO::TypeDesc::UINT8, pixels.data()) || !output->close())
-    throw Error("heat map: " + output->geterror());
+  const std::vector<std::uint8_t> file = picture_codec().encode_png(width, height, 3, pixels.data(), {});
   return "data:image/png;base64," + encode_base64(file);
 }
 

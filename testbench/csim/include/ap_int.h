@@ -42,8 +42,9 @@ struct Storage {
   static_assert(!Signed || Bits <= 128, "a signed number has 128 bits at most");
   using type = std::conditional_t<
       (Bits <= 32), std::conditional_t<Signed, std::int32_t, std::uint32_t>,
-      std::conditional_t<(Bits <= 64), std::conditional_t<Signed, std::int64_t, std::uint64_t>,
-                         std::conditional_t<(Bits <= 128), std::conditional_t<Signed, int128_t, uint128_t>, Wide<Bits>>>>;
+      std::conditional_t<
+          (Bits <= 64), std::conditional_t<Signed, std::int64_t, std::uint64_t>,
+          std::conditional_t<(Bits <= 128), std::conditional_t<Signed, int128_t, uint128_t>, Wide<Bits>>>>;
 };
 template <int Bits, bool Signed>
 using storage_t = typename Storage<Bits, Signed>::type;
@@ -57,7 +58,8 @@ constexpr bool kIsSigned = T(-1) < T(0);
 
 /// The machine's integer as the number it stands for in an expression.
 template <class T>
-using native_t = ap_int_base<std::is_same_v<std::remove_cv_t<T>, bool> ? 1 : static_cast<int>(8 * sizeof(T)), kIsSigned<T>>;
+using native_t =
+    ap_int_base<std::is_same_v<std::remove_cv_t<T>, bool> ? 1 : static_cast<int>(8 * sizeof(T)), kIsSigned<T>>;
 
 /// One bit of a number that can be written.
 template <int Bits, bool Signed>
@@ -261,16 +263,16 @@ struct ap_int_base {
     value = wrapped(static_cast<bits_t>(static_cast<bits_t>(value) * static_cast<bits_t>(ap_int_base(other).value)));
     return *this;
   }
-#define RETRACE_AP_BITWISE(op)                                                                         \
-  template <class T>                                                                                   \
-  RETRACE_AP_INLINE ap_int_base& operator op##=(const T & other) {                                             \
-    const ap_int_base that(other);                                                                     \
-    if constexpr (kIsWide) {                                                                           \
-      for (int i = 0; i < storage::kLimbs; ++i) value.limb[i] = value.limb[i] op that.value.limb[i];   \
-    } else {                                                                                           \
-      value = static_cast<storage>(value op that.value);                                               \
-    }                                                                                                  \
-    return *this;                                                                                      \
+#define RETRACE_AP_BITWISE(op)                                                                       \
+  template <class T>                                                                                 \
+  RETRACE_AP_INLINE ap_int_base& operator op##=(const T& other) {                                    \
+    const ap_int_base that(other);                                                                   \
+    if constexpr (kIsWide) {                                                                         \
+      for (int i = 0; i < storage::kLimbs; ++i) value.limb[i] = value.limb[i] op that.value.limb[i]; \
+    } else {                                                                                         \
+      value = static_cast<storage>(value op that.value);                                             \
+    }                                                                                                \
+    return *this;                                                                                    \
   }
   RETRACE_AP_BITWISE(&)
   RETRACE_AP_BITWISE(|)
@@ -374,40 +376,43 @@ RETRACE_AP_INLINE bool less(const ap_int_base<A, SignedA>& a, const ap_int_base<
 }  // namespace ap_simulation
 
 // Operators between two numbers, and between a number and the machine's integers.
-#define RETRACE_AP_MIXED(result, op)                                                                               \
-  template <int A, bool SignedA, class T, std::enable_if_t<ap_simulation::kIsNative<T>, int> = 0>                  \
-  RETRACE_AP_INLINE auto operator op(const ap_int_base<A, SignedA>& a, T b)->decltype(a op ap_simulation::native_t<T>(b)) { \
-    return a op ap_simulation::native_t<T>(b);                                                                     \
-  }                                                                                                                \
-  template <int B, bool SignedB, class T, std::enable_if_t<ap_simulation::kIsNative<T>, int> = 0>                  \
-  RETRACE_AP_INLINE auto operator op(T a, const ap_int_base<B, SignedB>& b)->decltype(ap_simulation::native_t<T>(a) op b) { \
-    return ap_simulation::native_t<T>(a) op b;                                                                     \
+#define RETRACE_AP_MIXED(result, op)                                                              \
+  template <int A, bool SignedA, class T, std::enable_if_t<ap_simulation::kIsNative<T>, int> = 0> \
+  RETRACE_AP_INLINE auto operator op(const ap_int_base<A, SignedA>& a, T b)                       \
+      ->decltype(a op ap_simulation::native_t<T>(b)) {                                            \
+    return a op ap_simulation::native_t<T>(b);                                                    \
+  }                                                                                               \
+  template <int B, bool SignedB, class T, std::enable_if_t<ap_simulation::kIsNative<T>, int> = 0> \
+  RETRACE_AP_INLINE auto operator op(T a, const ap_int_base<B, SignedB>& b)                       \
+      ->decltype(ap_simulation::native_t<T>(a) op b) {                                            \
+    return ap_simulation::native_t<T>(a) op b;                                                    \
   }
-#define RETRACE_AP_BINARY(result, op)                                                                              \
-  template <int A, bool SignedA, int B, bool SignedB>                                                              \
-  RETRACE_AP_INLINE ap_simulation::result<A, SignedA, B, SignedB> operator op(const ap_int_base<A, SignedA>& a,            \
-                                                                      const ap_int_base<B, SignedB>& b) {          \
-    ap_simulation::result<A, SignedA, B, SignedB> value(a);                                                        \
-    value op##= b;                                                                                                \
-    return value;                                                                                                  \
-  }                                                                                                                \
+#define RETRACE_AP_BINARY(result, op)                                                                             \
+  template <int A, bool SignedA, int B, bool SignedB>                                                             \
+  RETRACE_AP_INLINE ap_simulation::result<A, SignedA, B, SignedB> operator op(const ap_int_base<A, SignedA>& a,   \
+                                                                              const ap_int_base<B, SignedB>& b) { \
+    ap_simulation::result<A, SignedA, B, SignedB> value(a);                                                       \
+    value op## = b;                                                                                               \
+    return value;                                                                                                 \
+  }                                                                                                               \
   RETRACE_AP_MIXED(result, op)
-// Headers differ in what a comparison of a signed with an unsigned number is, so there is none but with the machine's integers.
-#define RETRACE_AP_COMPARE(op, expression)                                                                               \
-  template <int A, bool SignedA, int B, bool SignedB>                                                                    \
-  RETRACE_AP_INLINE bool operator op(const ap_int_base<A, SignedA>& a, const ap_int_base<B, SignedB>& b) {               \
-    static_assert(SignedA == SignedB, "a signed number is compared with an unsigned one");                               \
-    return expression;                                                                                                   \
-  }                                                                                                                      \
-  template <int A, bool SignedA, class T, std::enable_if_t<ap_simulation::kIsNative<T>, int> = 0>                        \
-  RETRACE_AP_INLINE bool operator op(const ap_int_base<A, SignedA>& a, T number) {                                       \
-    const ap_simulation::native_t<T> b = number;                                                                         \
-    return expression;                                                                                                   \
-  }                                                                                                                      \
-  template <int B, bool SignedB, class T, std::enable_if_t<ap_simulation::kIsNative<T>, int> = 0>                        \
-  RETRACE_AP_INLINE bool operator op(T number, const ap_int_base<B, SignedB>& b) {                                       \
-    const ap_simulation::native_t<T> a = number;                                                                         \
-    return expression;                                                                                                   \
+// Headers differ in what a comparison of a signed number with an unsigned one is that has as many bits, so there is none.
+#define RETRACE_AP_COMPARE(op, expression)                                                                 \
+  template <int A, bool SignedA, int B, bool SignedB>                                                      \
+  RETRACE_AP_INLINE bool operator op(const ap_int_base<A, SignedA>& a, const ap_int_base<B, SignedB>& b) { \
+    static_assert(SignedA == SignedB || (SignedA ? A > B : B > A),                                         \
+                  "a signed number is compared with a wider unsigned one");                                \
+    return expression;                                                                                     \
+  }                                                                                                        \
+  template <int A, bool SignedA, class T, std::enable_if_t<ap_simulation::kIsNative<T>, int> = 0>          \
+  RETRACE_AP_INLINE bool operator op(const ap_int_base<A, SignedA>& a, T number) {                         \
+    const ap_simulation::native_t<T> b = number;                                                           \
+    return expression;                                                                                     \
+  }                                                                                                        \
+  template <int B, bool SignedB, class T, std::enable_if_t<ap_simulation::kIsNative<T>, int> = 0>          \
+  RETRACE_AP_INLINE bool operator op(T number, const ap_int_base<B, SignedB>& b) {                         \
+    const ap_simulation::native_t<T> a = number;                                                           \
+    return expression;                                                                                     \
   }
 
 RETRACE_AP_BINARY(sum_t, +)

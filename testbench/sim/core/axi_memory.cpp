@@ -162,6 +162,7 @@ void AxiMemory::drive() {
       out_.r_valid = true;
       out_.r_id = read.id;
       out_.r_resp = read.outside ? kDecErr : hurt ? (errors_.decode_error ? kDecErr : kSlvErr) : 0;
+      hurt_beats_ += hurt;
       out_.r_last = ++read.beat == read.beats;
       // What comes with an error is rubbish.
       for (int i = 0; i < data_bytes_ / 8; ++i)

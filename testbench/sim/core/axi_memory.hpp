@@ -77,6 +77,7 @@ class AxiMemory final : public BusMemory {
   AxiMonitor& monitor() override { return monitor_; }
   const AxiMonitor& monitor() const { return monitor_; }
   std::uint64_t read_bursts() const { return read_bursts_; }
+  std::uint64_t hurt_beats() const { return hurt_beats_; }  ///< beats of reads that were errors on purpose
   std::uint64_t write_bursts() const { return write_bursts_; }
   std::uint64_t read_bytes() const { return read_bytes_; }
   std::uint64_t read_bytes_of(std::uint32_t id) const override { return id_bytes_[id % id_bytes_.size()]; }
@@ -137,7 +138,7 @@ class AxiMemory final : public BusMemory {
   AxiMonitor monitor_;
   std::uint64_t watch_begin_ = 0, stray_writes_ = 0;
   std::vector<std::uint8_t> written_times_;
-  std::uint64_t read_bursts_ = 0, write_bursts_ = 0, read_bytes_ = 0, written_bytes_ = 0, outside_ = 0;
+  std::uint64_t read_bursts_ = 0, hurt_beats_ = 0, write_bursts_ = 0, read_bytes_ = 0, written_bytes_ = 0, outside_ = 0;
   std::array<std::uint64_t, 128> id_bytes_{};
   std::int64_t read_number_ = 0, write_number_ = 0;
 };
