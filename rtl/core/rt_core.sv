@@ -143,8 +143,10 @@ module rt_core #(
   logic [Sources-1:0]         source_valid, source_ready, waiting_valid, waiting_ready;
   rt_core_pkg::read_request_t source_request[Sources], waiting_request[Sources];
   for (genvar s = 0; s < int'(Sources); s++) begin : gen_request
+    // Only nodes are read in as little as a clock; what others read keeps the bus for several.
     rt_skid #(
-        .data_t(rt_core_pkg::read_request_t)
+        .HalfRate(s != rt_config_pkg::SourceNode),
+        .data_t  (rt_core_pkg::read_request_t)
     ) u_skid (
         .clk_i,
         .rst_ni     (rst_n[ResetRequests]),

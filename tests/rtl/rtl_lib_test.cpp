@@ -17,9 +17,9 @@ namespace {
 using Bench = Clocked<Vtb_lib>;
 
 // In the order of testbench/sim/sv/tb_lib.sv.
-constexpr std::array kStreamNames{"skid",       "fifo 1",      "fifo 2",     "fifo 3", "fifo 16",
-                                  "fifo ram 4", "fifo ram 60", "pipe 1",     "pipe 2", "pipe 5",
-                                  "pipe 30",    "pipe 7 / 3",  "pipe 8 / 2", "queue",  "turn and queue"};
+constexpr std::array kStreamNames{
+    "skid",   "fifo 1", "fifo 2",  "fifo 3",     "fifo 16",    "fifo ram 4", "fifo ram 60",    "pipe 1",
+    "pipe 2", "pipe 5", "pipe 30", "pipe 7 / 3", "pipe 8 / 2", "queue",      "turn and queue", "skid of half the rate"};
 constexpr int kStreams = kStreamNames.size();
 constexpr int kMuls = 6, kDivs = 6, kDivSeqs = 3, kArbInputs = 5;
 

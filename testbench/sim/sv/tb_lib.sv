@@ -6,7 +6,7 @@
 // Arithmetic  Operands come in 64 bits, results sign- or zero-extended to 128 and 64 bits. The latencies come from the modules' package.
 `include "rt_assert.svh"
 module tb_lib #(
-    localparam int unsigned Streams = 15,
+    localparam int unsigned Streams = 16,
     localparam int unsigned Muls = 6,
     localparam int unsigned Divs = 6,
     localparam int unsigned DivSeqs = 3,
@@ -109,6 +109,23 @@ module tb_lib #(
   );
   assign latency_o[0]  = 1;
   assign interval_o[0] = 1;
+
+  localparam int unsigned Half = 15;
+  rt_skid #(
+      .HalfRate(1'b1),
+      .data_t  (word_t)
+  ) u_half (
+      .clk_i,
+      .rst_ni,
+      .in_valid_i (in_valid_i[Half]),
+      .in_ready_o (in_ready_o[Half]),
+      .in_data_i  (in_data_i[Half]),
+      .out_valid_o(out_valid_o[Half]),
+      .out_ready_i(out_ready_i[Half]),
+      .out_data_o (out_data_o[Half])
+  );
+  assign latency_o[Half]  = 1;
+  assign interval_o[Half] = 2;
 
   localparam int unsigned Fifos = 6;
   localparam int unsigned FifoDepth[Fifos] = '{1, 2, 3, 16, 4, 60};
