@@ -35,6 +35,16 @@ class Jobs(unittest.TestCase):
         self.assertGreaterEqual(len(explore.KB) * len(explore.CONTEXTS) * 2, 24)
 
 
+class Options(unittest.TestCase):
+    """Needs no Snakemake."""
+
+    def test_what_is_no_option_is_refused_before_anything_runs(self):
+        for arguments in (["--jobs", "0"], ["--seeds", "0"], ["--seeds", "-1"], ["--seed", "-1"], ["--seed", "2147483648"], ["--size", "huge"], ["--engine", "golden"]):
+            step = subprocess.run([sys.executable, str(ROOT / "scripts/sweep"), "stages", "--list", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
+            self.assertEqual((step.returncode, step.stdout), (2, ""), arguments)
+            self.assertIn(arguments[0], step.stderr)
+
+
 class Values(unittest.TestCase):
     def test_stages(self):
         stages, job = targets.TARGETS["stages"], {"name": "stages-csim-kd_descend-seed3", "seed": 3}

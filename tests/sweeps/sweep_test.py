@@ -129,8 +129,6 @@ def main():
         clone.runs()
         clone.run()
         expect(sorted(clone.runs()) == ["hit_finish 1", "tri_test 1"], "other jobs ran again")
-        for arguments in (["--jobs", "0"], ["--seeds", "0"], ["--seed", "-1"], ["--size", "huge"]):
-            expect(clone.run(*arguments)[0] == 2, "taken:", arguments)
     print("sweep_test: killed after %d of 7 jobs and resumed, failing jobs, other commits and programs" % done)
     return 0
 
