@@ -16,6 +16,7 @@ STAGES = ("ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "h
 ENGINE = "/usr/share/assimp/models/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb"
 CORE = tomllib.loads((ROOT / "rtl/targets/core.toml").read_text(encoding="utf-8"))
 SIZES = ("quick", "default", "night")
+NIGHT = tomllib.loads((pathlib.Path(__file__).resolve().parent / "night.toml").read_text(encoding="utf-8"))
 
 
 class Unexpected(Exception):
@@ -45,7 +46,10 @@ def markdown(records, columns):
 class Target:
     """options: .size, .engine, .build and .folder, .seed (the first), .seeds (how many, None: the size's), .scene (animation), .list."""
     summary = ""
-    programs = ()  # below the build folder
+
+    def programs(self, options):
+        """Those of the build folder that the jobs run: rows are of these programs only."""
+        return []
 
     def jobs(self, options):
         raise NotImplementedError
@@ -54,24 +58,24 @@ class Target:
         raise NotImplementedError
 
     def table(self, records):
-        raise NotImplementedError
+        return markdown(records, self.columns)
 
-    def draw(self, records, path):
-        """A picture of the records; False if the target has none."""
-        return False
+    def trend(self, records):
+        """Figures by name that are worth following from night to night."""
+        return {}
 
 
 class Stages(Target):
     summary = "vectors through every stage: the RTL against the kernels; with --engine csim the kernels against plain integers"
     columns = [("stage", "stage", "%s"), ("vectors", "vectors", "%d"), ("seed", "seed", "%d"), ("differ", "differ", "%d")]
 
-    def program(self, options):
-        return "testbench/csim/tb_stages" if options.engine == "csim" else "testbench/stages/rtl_stages"
+    def programs(self, options):
+        return ["testbench/csim/tb_stages" if options.engine == "csim" else "testbench/stages/rtl_stages"]
 
     def jobs(self, options):
         # Vectors a job, jobs a stage: 10^9 vectors over all stages by night.
         vectors, seeds = {"quick": (20000, 3), "default": (1000000, 4), "night": (7200000, 20)}[options.size]
-        program = options.build / self.program(options)
+        program = options.build / self.programs(options)[0]
         jobs = []
         for stage in STAGES:
             for seed in range(options.seed, options.seed + (options.seeds or seeds)):
@@ -86,23 +90,20 @@ class Stages(Target):
         found = search(r"^(\w+) +(\d+) vectors", output, "line about the stage")
         return [{"stage": found[1], "vectors": int(found[2]), "seed": job_["seed"], "differ": 0}]  # exit code 0: none does
 
-    def table(self, records):
-        return markdown(records, self.columns)
-
 
 class Frames(Target):
     summary = "whole frames: the core against the kernel, scenes x configurations x ways up x kinds of ray; with --engine csim kernels against golden"
     columns = [("scene", "scene", "%s"), ("rays", "rays", "%s"), ("configuration", "configuration", "%s"), ("up", "way up", "%s"), ("traced", "rays traced", "%d"),
                ("differ", "hits that differ", "%d"), ("clocks", "clocks a ray", "%.2f")]
 
-    def program(self, options):
-        return "testbench/program/retrace" if options.engine == "csim" else "testbench/sim/core/rtl_bench"
+    def programs(self, options):
+        return ["testbench/program/retrace" if options.engine == "csim" else "testbench/sim/core/rtl_bench"]
 
     def jobs(self, options):
         scenes = ["room:detail=0.05", "knot:along=60,around=8", "coincident", "none"] if options.size == "quick" else \
             ["room", "knot", ENGINE, "needles", "slivers", "coincident", "degenerate", "one", "none"]
         size = {"quick": "48x36", "default": "160x120", "night": "320x240"}[options.size]
-        seed, program, jobs = options.seed, options.build / self.program(options), []
+        seed, program, jobs = options.seed, options.build / self.programs(options)[0], []
         if options.engine == "csim":
             return [job("frames-csim-%s" % pathlib.Path(scene).stem, [program, "compare", scene, "--engines", "golden,csim", "--size", size, "--quiet"], seed) for scene in scenes]
         configurations = [name for name, fields in CORE["configuration"].items() if "frames" in fields["verified"]]
@@ -126,8 +127,12 @@ class Frames(Target):
         return [{"scene": pathlib.Path(command[1]).stem, "rays": "shadow" if command[command.index("--shadow") + 1] == "1" else "primary", "configuration": command[2],
                  "up": command[command.index("--up") + 1], "traced": int(found[1]), "differ": int(found[2]), "clocks": float(clocks[1])}]
 
-    def table(self, records):
-        return markdown(records, self.columns)
+    def trend(self, records):
+        by_configuration = {}
+        for record in records:
+            if record["clocks"] is not None and record["traced"]:
+                by_configuration.setdefault(record["configuration"], []).append((record["clocks"], record["traced"]))
+        return {"clocks a ray, " + name: sum(clocks * rays for clocks, rays in pairs) / sum(rays for _, rays in pairs) for name, pairs in by_configuration.items()}
 
 
 class Mutants(Target):
@@ -150,9 +155,6 @@ class Mutants(Target):
         if not found:
             raise Unexpected("no mutant in what it printed")
         return [{"mutant": name, "verdict": verdict, "tests": tests} for verdict, name, tests in found]
-
-    def table(self, records):
-        return markdown(records, self.columns)
 
 
 class Seeds(Target):
@@ -179,11 +181,18 @@ class Seeds(Target):
         except (OSError, ValueError, KeyError) as error:
             raise Unexpected("%s is no report: %r" % (report, error)) from error
 
-    def table(self, records):
+    def best(self, records):
         best = {}
         for record in records:
             name = record["configuration"]
             best[name] = max(best.get(name, 0), record["mhz"])
+        return best
+
+    def trend(self, records):
+        return {"MHz, best of " + name: mhz for name, mhz in self.best(records).items()}
+
+    def table(self, records):
+        best = self.best(records)
         return markdown([{**record, "best": "best" if record["mhz"] == best[record["configuration"]] else ""} for record in records], self.columns)
 
 
@@ -199,14 +208,14 @@ class Explore(Target):
                ("block_rams", "block RAMs", "%d"), ("clocks", "clocks a ray at least", "%.2f"), ("limit", "limit", "%s"), ("bytes", "bytes a ray from memory", "%.0f"), ("hit_rate", "hit rate", "%.4f"), ("steps", "steps a ray", "%.2f"),
                ("tests", "tests a ray", "%.2f"), ("front", "", "%s")]
 
-    def program(self, _):
-        return "testbench/program/retrace"
+    def programs(self, options):
+        return ["testbench/program/retrace"]
 
     def jobs(self, options):
         scenes = ["knot:along=60,around=8", "room:detail=0.05"] if options.size == "quick" else ["knot", "room"]
         size = {"quick": "24x16", "default": "96x72", "night": "192x144"}[options.size]
         return [job("explore-%s-contexts%d" % (re.split(r"[:,]", scene)[0], contexts),
-                    [options.build / self.program(options), "lab", scene, "--only", "kd-sah/face-links", "--size", size, "--caches", ",".join(map(str, self.KB)),
+                    [options.build / self.programs(options)[0], "lab", scene, "--only", "kd-sah/face-links", "--size", size, "--caches", ",".join(map(str, self.KB)),
                      "--contexts", contexts, "--threads", 1, "--json", "--quiet"], options.seed)
                 for scene in scenes for contexts in self.CONTEXTS]
 
@@ -290,8 +299,8 @@ class Animation(Target):
     summary = "frames of one animated scene (--scene FILE; default: the generated carousel), a job a frame; pictures in the sweep's folder"
     columns = [("frame", "frame", "%d"), ("time", "time s", "%.4f"), ("sha256", "SHA-256 of the picture", "`%s`")]
 
-    def program(self, _):
-        return "testbench/program/retrace"
+    def programs(self, options):
+        return ["testbench/program/retrace"]
 
     def jobs(self, options):
         scene = options.scene
@@ -299,12 +308,12 @@ class Animation(Target):
             scene = options.folder / "carousel.glb"
             if not options.list and not scene.exists():
                 scene.parent.mkdir(parents=True, exist_ok=True)
-                subprocess.run([ROOT / options.build / self.program(options), "make-scene", "carousel", "-o", scene, "--quiet"], check=True, stdout=subprocess.DEVNULL)
+                subprocess.run([ROOT / options.build / self.programs(options)[0], "make-scene", "carousel", "-o", scene, "--quiet"], check=True, stdout=subprocess.DEVNULL)
         frames, size = {"quick": (3, "32x24"), "default": (24, "320x240"), "night": (96, "640x480")}[options.size]
         jobs = []
         for frame in range(frames):
             picture = options.folder / "pictures" / ("frame-%04d-#.png" % frame)
-            jobs.append(job("animation-frame%04d" % frame, [options.build / self.program(options), "render", scene, "-o", picture, "--engine", options.engine, "--size", size, "--animation",
+            jobs.append(job("animation-frame%04d" % frame, [options.build / self.programs(options)[0], "render", scene, "-o", picture, "--engine", options.engine, "--size", size, "--animation",
                                                             "--structure", "one-tree", "--full-rebuild", "never", "--no-video", "--frames", 1, "--start", "%.6f" % (frame / 24),
                                                             "--seed", options.seed, "--threads", 1, "--quiet"], options.seed))
         return jobs
@@ -318,8 +327,27 @@ class Animation(Target):
             raise Unexpected("no picture: %s" % error) from error
         return [{"frame": int(re.search(r"frame(\d+)", job_["name"])[1]), "time": float(command[command.index("--start") + 1]), "sha256": digest}]
 
-    def table(self, records):
-        return markdown(records, self.columns)
+
+class Night(Target):
+    summary = "the long runs of scripts/sweeps/night.toml that are one command each; scripts/nightly runs them and the sweeps"
+    columns = [("run", "run", "%s"), ("what", "what", "%s"), ("verdict", "verdict", "%s")]
+    runs = {name: run for name, run in NIGHT["run"].items() if "command" in run}
+
+    def programs(self, options):
+        return NIGHT["programs"]
+
+    def jobs(self, options):
+        environment = {"RETRACE_BUILD": str(options.build), "RETRACE_OUT": str(options.folder), "RETRACE_SEED": str(options.seed)}
+        return [job("night-" + name, ["bash", "-euo", "pipefail", "-c", run["command"].strip()], options.seed, threads=run.get("threads", 1), mem_mb=4000,
+                    minutes=run.get("minutes", 600), **environment) for name, run in self.runs.items()]
+
+    def values(self, job_, output):
+        name = self.name_of(job_)
+        return [{"run": name, "what": self.runs[name]["what"], "verdict": "passed"}]  # exit code 0
+
+    @staticmethod
+    def name_of(job_):
+        return re.fullmatch(r"night-(.*)-seed\d+", job_["name"])[1]
 
 
-TARGETS = {"stages": Stages(), "frames": Frames(), "mutants": Mutants(), "seeds": Seeds(), "explore": Explore(), "animation": Animation()}
+TARGETS = {"stages": Stages(), "frames": Frames(), "mutants": Mutants(), "seeds": Seeds(), "explore": Explore(), "animation": Animation(), "night": Night()}
