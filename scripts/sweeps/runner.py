@@ -130,7 +130,7 @@ def publish(plan, rows, folder, target, options):
     write(folder / "rows.jsonl", "".join(json.dumps(row, sort_keys=True) + "\n" for row in rows))
     write(folder / "table.md", head + target.table(records))
     picture = ""
-    if hasattr(target, "front"):
+    if target.drawn(records):
         step = subprocess.run([str(ENVIRONMENT / "bin/python"), "-c", "import json, pathlib, sys; sys.path.insert(0, sys.argv[1]); import targets\n"
                                "targets.TARGETS[sys.argv[2]].draw(json.load(sys.stdin), sys.argv[3])", str(ROOT / "scripts/sweeps"), options.target,
                                str(folder / "picture.svg")], input=json.dumps(records), text=True, stderr=subprocess.PIPE, check=False)

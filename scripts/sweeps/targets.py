@@ -43,6 +43,27 @@ def markdown(records, columns):
     return "\n".join(lines) + "\n"
 
 
+def by_scene(records):
+    scenes = {}
+    for record in records:
+        scenes.setdefault(record["scene"], []).append(record)
+    return scenes
+
+
+def pareto(records, cost):
+    """Of the records of one scene those that no other beats: no more cost and no more clocks, and less of one."""
+    return [a for a in records if not any(b[cost] <= a[cost] and b["clocks"] <= a["clocks"] and (b[cost] < a[cost] or b["clocks"] < a["clocks"]) for b in records)]
+
+
+def plotter():
+    """matplotlib.pyplot; the same records make the same bytes."""
+    import matplotlib
+    matplotlib.use("svg")
+    matplotlib.rcParams.update({"svg.hashsalt": "retrace", "font.size": 9})
+    import matplotlib.pyplot
+    return matplotlib.pyplot
+
+
 class Target:
     """options: .size, .engine, .build and .folder, .seed (the first), .seeds (how many, None: the size's), .scene (animation), .list."""
     summary = ""
@@ -63,6 +84,10 @@ class Target:
     def trend(self, records):
         """Figures by name that are worth following from night to night."""
         return {}
+
+    def drawn(self, records):
+        """Whether `draw(records, path)` makes a picture of them."""
+        return False
 
 
 class Stages(Target):
@@ -252,31 +277,19 @@ class Explore(Target):
         """Block RAMs of what the core keeps of a ray in flight: ray, hit and place, 64 bytes, and 4 for each triangle that it remembers."""
         return -(-contexts * (64 + 4 * mailbox) // self.RAM_BYTES)
 
-    @staticmethod
-    def front(records):
-        """Of the records of one scene those that no other beats: no more block RAMs and no more clocks, and less of one."""
-        return [a for a in records if not any(b["block_rams"] <= a["block_rams"] and b["clocks"] <= a["clocks"] and (b["block_rams"] < a["block_rams"] or b["clocks"] < a["clocks"])
-                                              for b in records)]
-
-    def by_scene(self, records):
-        scenes = {}
-        for record in records:
-            scenes.setdefault(record["scene"], []).append(record)
-        return scenes
+    def drawn(self, records):
+        return True
 
     def table(self, records):
         marked = []
-        for of_scene in self.by_scene(records).values():
-            front = self.front(of_scene)
+        for of_scene in by_scene(records).values():
+            front = pareto(of_scene, "block_rams")
             marked += [{**record, "front": "front" if record in front else ""} for record in sorted(of_scene, key=lambda r: (r["block_rams"], r["clocks"], r["contexts"]))]
         return markdown(marked, self.columns)
 
     def draw(self, records, path):
-        import matplotlib
-        matplotlib.use("svg")
-        matplotlib.rcParams.update({"svg.hashsalt": "retrace", "font.size": 9})
-        import matplotlib.pyplot as plt
-        scenes = self.by_scene(records)
+        plt = plotter()
+        scenes = by_scene(records)
         figure, axes = plt.subplots(1, len(scenes), figsize=(5 * len(scenes), 4.2), squeeze=False, layout="constrained")
         markers = dict(zip(self.CONTEXTS, "osD"))
         for axis, (scene, of_scene) in zip(axes[0], scenes.items()):
@@ -285,14 +298,92 @@ class Explore(Target):
                     some = [r for r in of_scene if r["mailbox"] == mailbox and r["contexts"] == contexts]
                     axis.plot([r["block_rams"] for r in some], [r["clocks"] for r in some], marker, color=colour, markersize=5, alpha=0.75, linestyle="none",
                               label="%d rays in flight, %s" % (contexts, "mailbox of 8" if mailbox else "no mailbox"))
-            front = sorted(self.front(of_scene), key=lambda r: r["block_rams"])
+            front = sorted(pareto(of_scene, "block_rams"), key=lambda r: r["block_rams"])
             axis.step([r["block_rams"] for r in front], [r["clocks"] for r in front], where="post", color="#333333", linewidth=1.2, label="Pareto front", zorder=1)
             axis.set(xscale="log", yscale="log", xlabel="block RAMs: cache and rays in flight", ylabel="clocks a ray at least", title=scene)
             axis.grid(True, which="both", linewidth=0.3, alpha=0.6)
         axes[0][0].legend(fontsize=7)
         figure.savefig(path, format="svg", metadata={"Date": None})
         plt.close(figure)
-        return True
+
+
+class Cores(Target):
+    """Cores themselves. A job that simulates gives clocks, one that synthesizes gives cells; the table joins them."""
+    summary = "the core's configurations that the build has, on two scenes: clocks and bytes a ray in simulation, block RAMs and LUT sites after synthesis (not --size quick), with the front drawn"
+    columns = [("scene", "scene", "%s"), ("configuration", "configuration", "%s"), ("lanes", "lanes", "%d"), ("contexts", "rays in flight", "%d"), ("block_rams", "block RAMs", "%d"),
+               ("sites", "LUT sites", "%d"), ("clocks", "clocks a ray", "%.2f"), ("read", "bytes a ray read", "%.1f"), ("written", "written", "%.1f"), ("front", "", "%s")]
+
+    def programs(self, options):
+        return ["testbench/sim/core/rtl_bench"]
+
+    @staticmethod
+    def fields(configuration):
+        return {**CORE["defaults"], **CORE["configuration"][configuration]}
+
+    def jobs(self, options):
+        try:
+            built = re.search(r"^RETRACE_RTL_CONFIGS:\w+=(.*)$", (ROOT / options.build / "CMakeCache.txt").read_text(encoding="utf-8"), re.MULTILINE)[1].split(";")
+        except (OSError, TypeError):
+            built = list(CORE["configuration"])
+        configurations = [name for name in CORE["configuration"] if name in built and self.fields(name)["levels"] == 1 and not self.fields(name)["pixels"]]
+        scenes = ["knot:along=60,around=8", "room:detail=0.05"] if options.size == "quick" else ["knot", "room"]
+        size = {"quick": "48x36", "default": "160x120", "night": "320x240"}[options.size]
+        jobs = [job("cores-%s-%s" % (configuration, re.split(r"[:,]", scene)[0]), [options.build / self.programs(options)[0], scene, configuration, size, "--seed", options.seed], options.seed,
+                    minutes=600) for scene in scenes for configuration in configurations]
+        if options.size != "quick":
+            jobs += [job("cores-%s-cells" % configuration, ["scripts/bitstream", "--config", configuration, "--synthesis", "--build", options.folder / "synthesis"], options.seed,
+                         mem_mb=6000, minutes=600) for configuration in configurations]
+        return jobs
+
+    def values(self, job_, output):
+        command = job_["command"]
+        if command[0] == "scripts/bitstream":
+            try:
+                found = json.loads(output)
+                return [{"configuration": command[2], "sites": found["sites"], "block_rams": found["cells"]["block_rams"]}]
+            except (ValueError, KeyError, TypeError) as error:
+                raise Unexpected("no cells in what it printed: %r" % error) from error
+        search(r": \d+ rays, 0 differ from csim", output, "'0 differ from csim'")
+        clocks = search(r"^ *([0-9.]+) clocks/ray", output, "clocks a ray")
+        moved = search(r"^ *bytes/ray read ([0-9.]+) written ([0-9.]+)", output, "bytes a ray")
+        fields = self.fields(command[2])
+        return [{"scene": re.split(r"[:,]", command[1])[0], "configuration": command[2], "lanes": fields["lanes"], "contexts": fields["lanes"] * fields["contexts_per_lane"],
+                 "clocks": float(clocks[1]), "read": float(moved[1]), "written": float(moved[2])}]
+
+    def joined(self, records):
+        """A record a scene and configuration, with cells where they are known, the smallest first; the front is marked."""
+        cells = {record["configuration"]: record for record in records if "sites" in record}
+        joined = [{**record, **cells.get(record["configuration"], {})} for record in records if "clocks" in record]
+        marked = []
+        for of_scene in by_scene(joined).values():
+            front = pareto([record for record in of_scene if "sites" in record], "sites")
+            marked += [{**record, "front": "front" if record in front else ""} for record in sorted(of_scene, key=lambda record: (record.get("sites", 0), record["clocks"]))]
+        return marked
+
+    def drawn(self, records):
+        return any("sites" in record for record in self.joined(records))
+
+    def table(self, records):
+        return markdown(self.joined(records), self.columns)
+
+    def trend(self, records):
+        return {"clocks a ray, %s, %s" % (record["configuration"], record["scene"]): record["clocks"] for record in self.joined(records)}
+
+    def draw(self, records, path):
+        plt = plotter()
+        scenes = by_scene([record for record in self.joined(records) if "sites" in record])
+        figure, axes = plt.subplots(1, len(scenes), figsize=(5 * len(scenes), 4.2), squeeze=False, layout="constrained")
+        for axis, (scene, of_scene) in zip(axes[0], scenes.items()):
+            axis.plot([record["sites"] for record in of_scene], [record["clocks"] for record in of_scene], "o", color="#2b6cb0", markersize=5)
+            for record in of_scene:
+                axis.annotate("%s, %d RAMs" % (record["configuration"], record["block_rams"]), (record["sites"], record["clocks"]), xytext=(4, 4), textcoords="offset points", fontsize=7)
+            front = [record for record in of_scene if record["front"]]
+            axis.step([record["sites"] for record in front], [record["clocks"] for record in front], where="post", color="#333333", linewidth=1.2, zorder=1)
+            axis.set(xlabel="LUT sites after synthesis", ylabel="clocks a ray in simulation", title=scene)
+            axis.grid(True, linewidth=0.3, alpha=0.6)
+            axis.margins(0.15)
+        figure.savefig(path, format="svg", metadata={"Date": None})
+        plt.close(figure)
 
 
 class Animation(Target):
@@ -350,4 +441,4 @@ class Night(Target):
         return re.fullmatch(r"night-(.*)-seed\d+", job_["name"])[1]
 
 
-TARGETS = {"stages": Stages(), "frames": Frames(), "mutants": Mutants(), "seeds": Seeds(), "explore": Explore(), "animation": Animation(), "night": Night()}
+TARGETS = {"stages": Stages(), "frames": Frames(), "mutants": Mutants(), "seeds": Seeds(), "explore": Explore(), "cores": Cores(), "animation": Animation(), "night": Night()}

@@ -83,12 +83,35 @@ class Values(unittest.TestCase):
 
     def test_front(self):
         points = [(1, 9), (2, 9), (2, 5), (3, 5), (3, 4), (9, 4), (1, 9)]
-        front = targets.Explore.front([{"block_rams": b, "clocks": c} for b, c in points])
+        front = targets.pareto([{"block_rams": b, "clocks": c} for b, c in points], "block_rams")
         self.assertEqual([(r["block_rams"], r["clocks"]) for r in front], [(1, 9), (2, 5), (3, 4), (1, 9)])
 
     def test_explore_refuses_differences(self):
         self.assertRaises(targets.Unexpected, targets.TARGETS["explore"].values, {}, '{"differences": 2, "scenes": []}')
         self.assertRaises(targets.Unexpected, targets.TARGETS["explore"].values, {}, "no")
+
+    def test_cores_join_clocks_and_cells(self):
+        cores = targets.TARGETS["cores"]
+        jobs = cores.jobs(options(size="default"))
+        self.assertNotIn("saarcor", " ".join(job["name"] for job in jobs))  # two levels
+        printed = "room 48x36: 120 rays, 0 differ from csim\n  %.2f clocks/ray, 1.0 node steps/clock\n  bytes/ray read 370.4 written 16.6; hit rate node 0.9\n"
+        records = []
+        for job in jobs:
+            name = job["command"][2]
+            if job["name"].endswith("-cells-seed5"):
+                if name in ("small", "ecp5", "wide"):
+                    records += cores.values(job, json.dumps({"sites": {"small": 30000, "ecp5": 50000, "wide": 90000}[name], "cells": {"block_rams": 100}}))
+                self.assertRaises(targets.Unexpected, cores.values, job, "no")
+                self.assertRaises(targets.Unexpected, cores.values, job, '{"sites": 1}')
+            else:
+                records += cores.values(job, printed % {"small": 50, "ecp5": 20, "wide": 21}.get(name, 30))
+                self.assertRaises(targets.Unexpected, cores.values, job, printed.replace(" 0 differ", " 10 differ") % 5)
+        of_room = {record["configuration"]: record for record in cores.joined(records) if record["scene"] == "room"}
+        self.assertEqual([of_room[name]["front"] for name in ("small", "ecp5", "wide", "ecp5l1")], ["front", "front", "", ""])
+        self.assertIn("| room | ecp5 | 4 | 128 | 100 | 50000 | 20.00 | 370.4 | 16.6 | front |", cores.table(records))
+        self.assertIn("| room | ecp5l1 | 1 | 32 | - | - | 30.00 | 370.4 | 16.6 |  |", cores.table(records))
+        self.assertTrue(cores.drawn(records))
+        self.assertFalse(cores.drawn([record for record in records if "clocks" in record]))
 
     def test_clocks_are_the_largest_bound(self):
         explore = targets.TARGETS["explore"]
