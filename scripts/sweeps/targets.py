@@ -381,7 +381,7 @@ class Cores(Target):
             axis.step([record["sites"] for record in front], [record["clocks"] for record in front], where="post", color="#333333", linewidth=1.2, zorder=1)
             axis.set(xlabel="LUT sites after synthesis", ylabel="clocks a ray in simulation", title=scene)
             axis.grid(True, linewidth=0.3, alpha=0.6)
-            axis.margins(0.15)
+            axis.margins(x=0.3, y=0.1)
         figure.savefig(path, format="svg", metadata={"Date": None})
         plt.close(figure)
 

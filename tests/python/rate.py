@@ -1,6 +1,6 @@
 """A million rays from NumPy to hits, beside the program's own rate: rate.py RETRACE [--scene SCENE] [--rays N] [--pairs N] [--threads N] [--engine NAME]
 
-Both sides do the same: rays in memory to hits in memory, the same rays, image and threads, no files. The program's time is `rows_s` of `retrace trace --stats`, the module's that
+Both sides do the same: rays in memory to hits and counted work in memory, the same rays, image and threads, no files. The program's time is `rows_s` of `retrace trace --stats`, the module's that
 of the call. They run in pairs, first one, then the other first, so that both see the same machine; what is printed is the median of each and the median of the pairs' ratios, of
 wall time and of processor time: where others use the machine, only the latter means something. `engine alone` is the module's rate over the program's rate without the
 conversion of rays and hits.
@@ -43,7 +43,7 @@ def main():
 
             def module():
                 wall, processor = time.perf_counter(), time.process_time()
-                engine.trace(rays, out=out, threads=arguments.threads)
+                engine.trace(rays, work=True, out=out, threads=arguments.threads)
                 sides["module"].append((time.perf_counter() - wall, time.process_time() - processor))
 
             for pair in range(arguments.pairs):
