@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Passes every test: set-up, release build, ctest, format and lint, the tests that read input under sanitizers, and a minute of
 # fuzzing of each loader.
-# What takes longer, coverage of the RTL among it, is scripts/nightly.sh.
+# What takes longer, coverage of the RTL among it, is scripts/nightly.
 # usage: scripts/test.sh
 # RETRACE_SEED chooses another seed for all randomised tests.
 set -euo pipefail

@@ -76,7 +76,7 @@ def main():
         fault = "exit code %d" % code
     if values is None:
         tail = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()[-5:] if log.exists() else []
-        write(failed, {"command": job["command"], "fault": fault, "log": str(log), "tail": tail})
+        write(failed, {"command": job["command"], "fault": fault, "log": str(log), "tail": tail, "ended": time.time(), "seconds": round(time.time() - began, 3)})
         sys.exit("sweep: %s FAILED, %s: %s" % (job["name"], fault, shlex.join(job["command"])))
     write(folder / "rows" / (job["name"] + ".json"),
           {"target": plan["target"], "name": job["name"], "seed": job["seed"], "command": job["command"], "environment": job["environment"],

@@ -51,7 +51,7 @@ def versions(release):
 
 
 def make(output, with_docs):
-    command = [sys.executable, str(ROOT / "scripts/release"), "--allow-changes", "--output", str(output)] + ([] if with_docs else ["--without-docs"])
+    command = [sys.executable, str(ROOT / "scripts/release"), "--allow-changes", "--without-wheel", "--output", str(output)] + ([] if with_docs else ["--without-docs"])
     step = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
     check(step.returncode == 0, step.stdout)
     again = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)

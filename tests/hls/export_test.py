@@ -8,7 +8,7 @@ GROUP   package   same bytes every time, checksums, contents, refusals, nothing 
         subset    scripts/hls_subset.py over the exported sources
         vectors   the committed data are what vendor_vectors writes
 csim and compile repeat what one compiler, standard and integer library has shown with the others only where it can differ: the kernel and the ring, which
-hold every stage, instead of every bench; all sources together instead of each alone. With --thorough (scripts/nightly.sh) every bench and source again.
+hold every stage, instead of every bench; all sources together instead of each alone. With --thorough (scripts/nightly) every bench and source again.
 """
 import argparse
 import glob

@@ -1,7 +1,9 @@
-"""A million rays from NumPy to hits, beside the program's own rate: rate.py RETRACE [--scene SCENE] [--rays N] [--repeat N] [--engine NAME]
+"""A million rays from NumPy to hits, beside the program's own rate: rate.py RETRACE [--scene SCENE] [--rays N] [--pairs N] [--threads N] [--engine NAME]
 
-The program's rate is that of `retrace trace`, which counts the time in the engine alone; the module's is that of the whole call, ray quantisation and hit records included.
-Runs alternate, so that both see the same machine; prints both medians and their ratio.
+Both sides do the same: rays in memory to hits and counted work in memory, the same rays, image and threads, no files. The program's time is `rows_s` of `retrace trace --stats`, the module's that
+of the call. They run in pairs, first one, then the other first, so that both see the same machine; what is printed is the median of each and the median of the pairs' ratios, of
+wall time and of processor time: where others use the machine, only the latter means something. `engine alone` is the module's rate over the program's rate without the
+conversion of rays and hits.
 """
 import argparse
 import json
@@ -20,7 +22,8 @@ def main():
     parser.add_argument("program")
     parser.add_argument("--scene", default="room:detail=0.3")
     parser.add_argument("--rays", type=int, default=1_000_000)
-    parser.add_argument("--repeat", type=int, default=5)
+    parser.add_argument("--pairs", type=int, default=6)
+    parser.add_argument("--threads", type=int, default=0)
     parser.add_argument("--engine", action="append")
     arguments = parser.parse_args()
     random = np.random.default_rng(1)
@@ -30,17 +33,28 @@ def main():
         folder = pathlib.Path(name)
         np.save(folder / "rays.npy", rays)
         for kind in arguments.engine or ["golden", "csim"]:
-            engine, out, program, module = image.engine(kind), np.empty(len(rays), retrace.HIT), [], []
-            for _ in range(arguments.repeat):
-                subprocess.run([arguments.program, "trace", arguments.scene, "-i", folder / "rays.npy", "-o", folder / "hits.npy", "-e", kind, "--stats", folder / "stats.json", "-q"],
-                               check=True, stdout=subprocess.DEVNULL)
-                program.append(len(rays) / json.loads((folder / "stats.json").read_text())["trace_s"])
-                began = time.perf_counter()
-                engine.trace(rays, out=out)
-                module.append(len(rays) / (time.perf_counter() - began))
+            engine, out, sides = image.engine(kind), np.zeros(len(rays), retrace.HIT), {"program": [], "module": []}
+
+            def program():
+                subprocess.run([arguments.program, "trace", arguments.scene, "-i", folder / "rays.npy", "-o", folder / "hits.npy", "-e", kind, "--threads", str(arguments.threads),
+                                "--stats", folder / "stats.json", "-q"], check=True, stdout=subprocess.DEVNULL)
+                stats = json.loads((folder / "stats.json").read_text())
+                sides["program"].append((stats["rows_s"], stats["rows_cpu_s"], stats["trace_s"]))
+
+            def module():
+                wall, processor = time.perf_counter(), time.process_time()
+                engine.trace(rays, work=True, out=out, threads=arguments.threads)
+                sides["module"].append((time.perf_counter() - wall, time.process_time() - processor))
+
+            for pair in range(arguments.pairs):
+                for side in (program, module) if pair % 2 == 0 else (module, program):
+                    side()
             assert out.tobytes() == np.load(folder / "hits.npy").tobytes()
-            a, b = statistics.median(program), statistics.median(module)
-            print("%-8s program %.0f rays/s, module %.0f rays/s, module / program %.3f" % (kind, a, b, b / a), flush=True)
+            pairs = list(zip(sides["program"], sides["module"]))
+            rate = lambda side, place: len(rays) / statistics.median(times[place] for times in sides[side])
+            print("%-7s wall: program %.0f rays/s, module %.0f rays/s, module / program %.3f; processor: %.0f, %.0f, %.3f; wall, engine alone: %.3f" % (
+                kind, rate("program", 0), rate("module", 0), statistics.median(a[0] / b[0] for a, b in pairs),
+                rate("program", 1), rate("module", 1), statistics.median(a[1] / b[1] for a, b in pairs), statistics.median(a[2] / b[0] for a, b in pairs)), flush=True)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 """Whole sweeps with Snakemake in a small clone made for the purpose, whose program is a script: resumed after a kill without repeating what is done and with the
-same table, failing jobs named while the others run, rows of another commit or program never taken. Exit code 77 without Snakemake.
+same table, failing jobs named while the others run, rows of another commit or program never taken; nights and their page. Exit code 77 without Snakemake.
 """
 import json
 import os
@@ -20,10 +20,23 @@ echo "$3 $1 vectors, seed $2, 0 differ"
 """
 
 
+NIGHT = """programs = []
+[run.one]
+what = "one"
+command = "echo one $RETRACE_SEED >>runs.txt"
+[run.two]
+what = "two"
+command = "echo two $RETRACE_SEED >>runs.txt; test -e build/good || { echo broken >&2; exit 3; }"
+[run.stages]
+what = "vectors"
+sweep = "stages"
+"""
+
+
 class Clone:
     def __init__(self, folder):
         self.folder = folder
-        for part in ("scripts/sweep", "scripts/requirements.txt", "rtl/targets/core.toml", *(str(p.relative_to(ROOT)) for p in (ROOT / "scripts/sweeps").iterdir() if p.is_file())):
+        for part in ("scripts/sweep", "scripts/nightly", "scripts/requirements.txt", "rtl/targets/core.toml", *(str(p.relative_to(ROOT)) for p in (ROOT / "scripts/sweeps").iterdir() if p.is_file())):
             (folder / part).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / part, folder / part)
         (folder / ".gitignore").write_text("build/\nout/\nruns.txt\n__pycache__/\n")
@@ -37,20 +50,25 @@ class Clone:
         self.git("add", "-A")
         self.git("commit", "-q", "--allow-empty", "-m", "x")
 
-    def program(self, body=""):
-        path = self.folder / "build/release/testbench/csim/tb_stages"
+    def program(self, body="", path="testbench/csim/tb_stages"):
+        path = self.folder / "build/release" / path
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(PROGRAM % body)
         path.chmod(0o755)
 
     def start(self, *more):
-        return subprocess.Popen([sys.executable, "scripts/sweep", "stages", "--engine", "csim", "--size", "quick", "--seeds", "1", "--jobs", "2", *more], cwd=self.folder, start_new_session=True,
+        return subprocess.Popen([sys.executable, "scripts/sweep", "stages", "--engine", "csim", "--size", "quick", "--seed", "1", "--seeds", "1", "--jobs", "2", *more], cwd=self.folder, start_new_session=True,
                                 env={**os.environ, "RETRACE_SWEEPS": str(ENVIRONMENT)}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
     def run(self, *more):
         process = self.start(*more)
         out, errors = process.communicate(timeout=300)
         return process.returncode, out, errors
+
+    def night(self, *arguments):
+        step = subprocess.run([sys.executable, "scripts/nightly", "--build", "build/release", "--size", "quick", "--jobs", "2", *arguments], cwd=self.folder, stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, env={**os.environ, "RETRACE_SWEEPS": str(ENVIRONMENT)}, text=True, timeout=600, check=False)
+        return step.returncode, step.stdout, step.stderr
 
     def runs(self):
         path = self.folder / "runs.txt"
@@ -68,6 +86,28 @@ class Clone:
 def expect(condition, *what):
     if not condition:
         sys.exit("sweep_test: " + " ".join(map(str, what)))
+
+
+def nights(clone):
+    """A run fails in two nights, the others pass; what passed is not repeated; the page says since when."""
+    (clone.folder / "scripts/sweeps/night.toml").write_text(NIGHT)
+    clone.commit()
+    # As rtl_stages: --stage NAME --vectors N --seed N.
+    clone.program('set -- "$4" "$6" "$2"', "testbench/stages/rtl_stages")
+    page = clone.folder / "out/nightly/report.html"
+    code, out, errors = clone.night("--seed", "5")
+    expect(code == 1 and "2 of 3 runs passed" in out and "night-two-seed5 FAILED, exit code 3" in errors and "    broken" in errors, "a night:", code, out, errors)
+    expect(sorted(clone.runs())[-2:] == ["one 5", "two 5"], "runs of a night")
+    text = page.read_text()
+    expect("22 of 23 jobs passed" in text and "broken" in text and "image/svg" in text, "the page:", text)
+    first = text.split("Fails since the night of ")[1].split(".")[0]
+    code, out, errors = clone.night("--seed", "5")
+    expect(code == 1 and clone.runs() == ["two 5"], "what had passed ran again, or the failed run did not")
+    expect(clone.night("--seed", "6")[0] == 1 and "Fails since the night of " + first in page.read_text(), "since when it fails:", first, page.read_text())
+    (clone.folder / "build/good").touch()
+    clone.runs()
+    code, out, errors = clone.night("--seed", "6", "two")
+    expect(code == 0 and clone.runs() == ["two 6"] and "23 of 23 jobs passed" in page.read_text(), "mended:", code, out, errors)
 
 
 def main():
@@ -129,9 +169,8 @@ def main():
         clone.runs()
         clone.run()
         expect(sorted(clone.runs()) == ["hit_finish 1", "tri_test 1"], "other jobs ran again")
-        for arguments in (["--jobs", "0"], ["--seeds", "0"], ["--seed", "-1"], ["--size", "huge"]):
-            expect(clone.run(*arguments)[0] == 2, "taken:", arguments)
-    print("sweep_test: killed after %d of 7 jobs and resumed, failing jobs, other commits and programs" % done)
+        nights(clone)
+    print("sweep_test: killed after %d of 7 jobs and resumed, failing jobs, other commits and programs, nights" % done)
     return 0
 
 
