@@ -15,6 +15,12 @@ constexpr std::uint32_t kNoIndex = 1u << kIndexBits;
 constexpr std::array<int, 4> kScalePowers{0, 1, 2, -1};
 constexpr Vector kBareConstants{0.0f, 1.0f, 0.5f, kGreatest};
 
+/// What stands in memory or a constant, as the machine reads it: every pattern of bits is a number.
+Vector read_vector(Vector x) {
+  for (float& component : x) component = float_read(float_bits(component));
+  return x;
+}
+
 class Execution {
  public:
   Execution(Thread& thread, const Setting& setting, std::span<Vector> memory)
@@ -107,6 +113,7 @@ class Execution {
     }
     Vector whole;
     if (!read(source.index, whole)) return false;
+    whole = read_vector(whole);
     for (std::size_t c = 0; c < 4; ++c) {
       const float x = float_scale(whole[source.swizzle >> 2 * c & 3], kScalePowers[source.scale]);
       value[c] = source.negate ? -x : x;
@@ -233,9 +240,9 @@ class Execution {
         const auto payload = decode_material(in.payload);
         const std::uint32_t triangle = float_index(t_.addresses[0]);
         if (triangle >= memory_.size()) return end(kStatusBadAddress);
-        const std::uint32_t material = float_index(memory_[triangle][3]);
+        const std::uint32_t material = float_index(read_vector(memory_[triangle])[3]);
         if (material >= memory_.size()) return end(kStatusBadAddress);
-        const std::uint32_t place = float_index(memory_[material][payload.entry]);
+        const std::uint32_t place = float_index(read_vector(memory_[material])[payload.entry]);
         if (place >= kProgramWords) return end(kStatusBadPlace);
         call(place, payload.push);
         break;
@@ -346,14 +353,14 @@ void wake(Thread& thread, const Setting& setting, const RayAnswer& answer) {
   thread.waits = false;
   Vector& hit = thread.fixed[kRegisterHit];
   if (answer.hit) {
-    hit = {golden::float_round(answer.t), golden::float_round(answer.u), golden::float_round(answer.v),
-           static_cast<float>(answer.id)};
+    hit = read_vector({answer.t, answer.u, answer.v, static_cast<float>(answer.id)});
   } else {
     hit = {golden::kGreatest, 0.0f, 0.0f, -1.0f};
   }
   const std::int64_t triangle = static_cast<std::int64_t>(setting.triangles) +
                                 (answer.hit ? static_cast<std::int64_t>(answer.id) : -1) * setting.triangle_vectors;
-  thread.addresses[0] = static_cast<float>(triangle);
+  const bool there = triangle >= 0 && triangle < std::int64_t{1} << kIndexBits;
+  thread.addresses[0] = there ? static_cast<float>(triangle) : -1.0f;  // below 0: no address
   thread.addresses[1] = static_cast<float>(setting.object);
   Vector& h = thread.fixed[kRegisterH];
   h[0] = thread.addresses[1];

@@ -21,7 +21,7 @@ struct Setting {
   std::uint32_t start = 0;             ///< where threads begin
   std::uint32_t triangles = 0;         ///< address of the vectors of triangle 0; those of "nothing hit" stand before it
   std::uint32_t triangle_vectors = 1;  ///< from one triangle to the next
-  std::uint32_t object = 0;            ///< OBJ after a trace
+  std::uint32_t object = 0;            ///< OBJ after a trace, an index
   std::uint64_t step_limit = 1 << 16;  ///< instructions of a thread
 
   void load(std::span<const Word> words);
@@ -36,7 +36,7 @@ struct RayRequest {
 struct RayAnswer {
   bool hit = false;
   float t = 0, u = 0, v = 0;
-  std::uint32_t id = 0;
+  std::uint32_t id = 0;  ///< an index
 };
 
 enum class Counter { kArithmetic, kMemory, kTexture, kControl, kTrace, kCount };
