@@ -196,7 +196,7 @@ EngineKind csim_engine_kind() {
   kind.make = [](const GridScene&, const MemoryImage& image, const std::string&) -> std::unique_ptr<Engine> {
     return make_csim_engine(image);
   };
-  kind.make_pixels = [](const MemoryImage& image, const ShadeTable& table, const std::string&) {
+  kind.make_pixels = [](const GridScene&, const MemoryImage& image, const ShadeTable& table, const std::string&) {
     return make_csim_pixels(image.words(), table);
   };
   return kind;
