@@ -128,7 +128,7 @@ MUTANTS = [
     ("an error in a beat is forgotten", "mem/rt_lookup.sv", "error_q <= fill_error && !fill_last;", "error_q <= 1'b0;", PIXELS),
     ("a slot keeps the sum of its last pixel", "ray/rt_shade.sv", "store && !last ?", "store ?", PIXELS),
     ("samples of a pixel share a slot", "ray/rt_raster.sv", "slot_q | SlotBits'(sample_q), pixel_q", "slot_q, pixel_q", PIXELS),
-    ("an eye moves with its pixel", "ray/rt_raster.sv", "moved_q        <= orthographic ?", "moved_q        <= 1'b1 ?", PIXELS),
+    ("an eye moves with its pixel", "ray/rt_raster.sv", "if (orthographic) begin", "if (1'b1) begin", PIXELS),
     ("a shared camera looks at its own plane", "ray/rt_raster.sv", "camera.data.direction[2] = direction_t'(1) <<<", "camera.data.direction[2] = direction_t'(0) <<<",
      PIXELS),
     ("a camera's ray sets out without a place to come back to", "isect/rt_entry.sv", "ray_ready && free_q != '0;", "ray_ready;", PIXELS),
