@@ -149,6 +149,7 @@ EngineKind rtl_engine_kind() {
 #endif
   };
   kind.shows_walks = true;
+  kind.shows_entries = true;
   kind.make = [options](const GridScene&, const MemoryImage& image,
                         const std::string& argument) -> std::unique_ptr<Engine> {
     RtlOptions rtl = options->rtl;
