@@ -113,6 +113,13 @@ TWO_LEVELS = [
     ("an object's offset is that of a triangle", "isect/rt_transform.sv", "(@entry ? sum_t'(term[i]) <<< rt_contract_pkg::PositionFrac : sum_t'(term[i]) <<< OffsetShift@)",
      "sum_t'(term[i]) <<< OffsetShift"),
     ("an object's direction is rounded like a triangle's", "isect/rt_transform.sv", "half = @entry ? '0 : sum_t'(1) <<< (RowShift - 1)@;", "sum_t'(1) <<< (RowShift - 1)"),
+    ("the matrix of an instance is transposed", "isect/rt_transform.sv", "instance_i.m[@3*i+j@]", "3*j+i"),
+    ("an entry takes the origin of a test", "isect/rt_transform.sv", "@entry_i@ ? signed'(instance_i.origin[i])", "1'b0"),
+    ("an entry takes the direction of a test", "isect/rt_transform.sv", "@entry_i@ ? signed'(instance_i.direction[i])", "1'b0"),
+    ("a test takes the rows of an entry", "isect/rt_transform.sv", "row_q[i][j] <= @entry_i@ ?", "1'b1"),
+    ("the choice comes a clock early", "isect/rt_transform.sv", ".data_i(@entry_q@),", "entry_i"),
+    ("z does not move a place", "isect/rt_transform.sv", "place_high_q  <= @sum_t'(place_product[2])@ +", "'0"),
+    ("a triangle's direction is rounded down", "isect/rt_transform.sv", "half = entry ? '0 : @sum_t'(1) <<< (RowShift - 1)@;", "'0"),
     # The lane and the leaf unit.
     ("a climb ends at the root of the top tree alone", "walk/rt_lane.sv",
      "else if (@Levels > 1 ? !backtrack_out.matched && backtrack_tag.at_root : backtrack_out.finished@)", "backtrack_out.finished"),

@@ -129,7 +129,13 @@ MUTANTS = [
     ("an error in a beat is forgotten", "mem/rt_lookup.sv", "error_q <= fill_error && !fill_last;", "error_q <= 1'b0;", PIXELS),
     ("a slot keeps the sum of its last pixel", "ray/rt_shade.sv", "store && !last ?", "store ?", PIXELS),
     ("samples of a pixel share a slot", "ray/rt_raster.sv", "slot_q | SlotBits'(sample_q), pixel_q", "slot_q, pixel_q", PIXELS),
-    ("an eye moves with its pixel", "ray/rt_raster.sv", "moved_q        <= orthographic ?", "moved_q        <= 1'b1 ?", PIXELS),
+    ("an eye moves with its pixel", "ray/rt_raster.sv", "if (orthographic) begin", "if (1'b1) begin", PIXELS),
+    ("a shared camera looks at its own plane", "ray/rt_raster.sv", "camera.data.direction[2] = direction_t'(1) <<<", "camera.data.direction[2] = direction_t'(0) <<<",
+     PIXELS),
+    ("a camera's ray sets out without a place to come back to", "isect/rt_entry.sv", "ray_ready && free_q != '0;", "ray_ready;", PIXELS),
+    ("a camera's ray is lost to a context", "isect/rt_entry.sv", "lets_in        = !in_valid_i &&", "lets_in        = 1'b1 &&", PIXELS),
+    ("a context waits as a camera's ray", "isect/rt_entry.sv", "of_context     = valid && !tag.camera;", "of_context     = valid;", PIXELS),
+    ("a camera's ray has the tag of the one before", "isect/rt_entry.sv", "record_tag_q.entry.steps <= camera_i.tag;", "record_tag_q.entry.steps <= record_tag_q.entry.steps;", PIXELS),
     ("a record of two beats is one of them, twice", "mem/rt_lookup.sv", "beat_q == where.beat + BeatBits'(s) ?", "beat_q == where.beat ?", PIXELS),
     ("a shadow ray begins at the hit", "ray/rt_shadow.sv", "pending.t - back}", "pending.t}", PIXELS),
     ("a hit at the eye is behind it", "ray/rt_shadow.sv", "pending.t < rt_contract_pkg::ShadowBack ?", "1'b0 ?", PIXELS),
@@ -188,7 +194,7 @@ MUTANTS = [
 SOURCES = rtl_packages()
 # Models that a test program has under another name or with parameters of its own, as CMake verilates them.
 PREFIX = {"tb_pixels": "Vtb_pixels_g64", "rt_board": "Vrt_board_small", "tb_dram_port": "Vtb_dram_port_w128"}
-PARAMETERS = {"tb_pixels": ["-GDataBits=64", "-GGranuleBytes=64"], "rt_board": ["+define+RT_CONFIG=ConfigSmall", "-GDivisor=1024", "-GMemoryBytes=32768"]}
+PARAMETERS = {"tb_pixels": ["-GDataBits=64", "-GGranuleBytes=64", "-GLevels=2"], "rt_board": ["+define+RT_CONFIG=ConfigSmall", "-GDivisor=1024", "-GMemoryBytes=32768"]}
 
 
 CACHE = ["ccache"] if shutil.which("ccache") else []  # most of a large model is what it was

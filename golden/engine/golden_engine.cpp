@@ -16,6 +16,7 @@
 #include "engine.hpp"
 #include "golden/tree/kd_builder.hpp"
 #include "instance_ray.hpp"
+#include "pixels.hpp"
 #include "registry.hpp"
 #include "stages/hit_finish.hpp"
 #include "stages/instance_enter.hpp"
@@ -203,8 +204,32 @@ class GoldenEngine final : public Engine {
       tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rays.size(), kBlock), [&](const auto& range) {
         for (std::size_t i = range.begin(); i != range.end(); ++i) {
           RayWork count;
-          hits[i] = rays[i].outside ? Hit{} : trace_one(rays[i].record, options, count);
+          std::uint32_t number = 0;
+          hits[i] = rays[i].outside ? Hit{} : trace_one(rays[i].record, options, count, number);
           if (!work.empty()) work[i] = count;
+        }
+        if (options.done) *options.done += range.size();
+      });
+    });
+  }
+
+  /// Rays that enter the root box, into hits as a core gives them: t rounded down, with the number of the instance.
+  void trace_placed(std::span<const contract::RayRecord> rays, std::span<contract::PlacedHitRecord> hits,
+                    const TraceOptions& options) const {
+    check_mailbox(options);
+    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+    arena.execute([&] {
+      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rays.size(), kBlock), [&](const auto& range) {
+        for (std::size_t i = range.begin(); i != range.end(); ++i) {
+          RayWork count;
+          std::uint32_t number = 0;
+          const Hit hit = trace_one(rays[i], options, count, number);
+          hits[i] = {};
+          hits[i].status = hit.status;
+          hits[i].id = hit.id;
+          if (!hit.hit()) continue;
+          hits[i].t = static_cast<std::uint32_t>(std::floor(std::ldexp(hit.t, contract::kTLimitFrac)));
+          hits[i].number = number;
         }
         if (options.done) *options.done += range.size();
       });
@@ -223,7 +248,8 @@ class GoldenEngine final : public Engine {
     Watcher watcher{walk.calls};
     watcher.setup(state);
     if (!instances_.empty()) {
-      walk.hit = trace_instances(ray.record, state, options, work, watcher);
+      std::uint32_t number = 0;
+      walk.hit = trace_instances(ray.record, state, options, work, watcher, number);
       watcher.finish(walk.hit);
       find_levels(walk.calls);
       return walk;
@@ -250,9 +276,11 @@ class GoldenEngine final : public Engine {
     return {split * kPositionUnit, (leaf ? child : 2 * child) * 4 + axis, parent};
   }
 
-  Hit trace_one(const contract::RayRecord& record, const TraceOptions& options, RayWork& work) const {
+  /// `number`: of the instance that is hit, where there are any.
+  Hit trace_one(const contract::RayRecord& record, const TraceOptions& options, RayWork& work,
+                std::uint32_t& number) const {
     const RayState ray = ray_setup(record);
-    if (!instances_.empty()) return trace_instances(record, ray, options, work, Unwatched{});
+    if (!instances_.empty()) return trace_instances(record, ray, options, work, Unwatched{}, number);
     Candidate best{};
     best.t = ray.t_max;
     search(top_, ray, options, best, work, Unwatched{});
@@ -329,7 +357,7 @@ class GoldenEngine final : public Engine {
   /// Two levels.
   template <typename Watch>
   Hit trace_instances(const contract::RayRecord& record, const RayState& ray, const TraceOptions& options,
-                      RayWork& work, Watch watch) const {
+                      RayWork& work, Watch watch, std::uint32_t& number_of_hit) const {
     constexpr int kInstanceMailbox = 4;
     Hit best;
     best.t = ray.t_max;
@@ -396,7 +424,9 @@ class GoldenEngine final : public Engine {
           return false;
         },
         best.t);
-    return best.hit() ? best : Hit{};
+    if (!best.hit()) return {};
+    number_of_hit = holder;
+    return best;
   }
 
   /// `test(leaf)`: whether the ray is finished; `nearest`: how far the tree has to be searched.
@@ -535,10 +565,39 @@ class GoldenEngine final : public Engine {
   Tree top_;
 };
 
+/// Rays and pixels are those of the unit in every bit; what is hit is what is true.
+class GoldenPixels final : public PixelEngine {
+ public:
+  GoldenPixels(const GridScene& scene, const MemoryImage& image, const ShadeTable& table)
+      : engine_(scene, image), box_(scene.box), table_(table) {}
+
+  std::vector<std::uint32_t> draw(const contract::CameraRecord& camera, const contract::FrameRecord& frame,
+                                  const TraceOptions& options) override {
+    return draw_golden(
+        camera, frame, box_, table_,
+        [&](std::span<const contract::RayRecord> rays, std::span<contract::PlacedHitRecord> hits) {
+          engine_.trace_placed(rays, hits, options);
+        },
+        &totals_);
+  }
+  const PixelTotals& totals() const override { return totals_; }
+
+ private:
+  GoldenEngine engine_;
+  std::array<std::int32_t, 6> box_;
+  ShadeTable table_;
+  PixelTotals totals_;
+};
+
 }  // namespace
 
 std::unique_ptr<Engine> make_golden_engine(const GridScene& scene, const MemoryImage& image) {
   return std::make_unique<GoldenEngine>(scene, image);
+}
+
+std::unique_ptr<PixelEngine> make_golden_pixels(const GridScene& scene, const MemoryImage& image,
+                                                const ShadeTable& table) {
+  return std::make_unique<GoldenPixels>(scene, image, table);
 }
 
 EngineKind golden_engine_kind() {
@@ -555,6 +614,8 @@ EngineKind golden_engine_kind() {
   kind.make = [](const GridScene& scene, const MemoryImage& image, const std::string&) {
     return make_golden_engine(scene, image);
   };
+  kind.make_pixels = [](const GridScene& scene, const MemoryImage& image, const ShadeTable& table,
+                        const std::string&) { return make_golden_pixels(scene, image, table); };
   return kind;
 }
 

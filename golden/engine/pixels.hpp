@@ -39,6 +39,10 @@ std::vector<std::uint32_t> draw_golden(const contract::CameraRecord& camera, con
                                        const std::array<std::int32_t, 6>& box, const ShadeTable& table,
                                        const TracePlaced& trace, PixelTotals* totals = nullptr);
 
+/// draw_golden() with the hits of the golden engine, t rounded down. What comes near an edge may be another triangle than in a fixed-point engine's picture.
+std::unique_ptr<PixelEngine> make_golden_pixels(const GridScene& scene, const MemoryImage& image,
+                                                const ShadeTable& table);
+
 /// Throws Error that says why a frame cannot be drawn.
 void check_frame(const contract::FrameRecord& frame);
 

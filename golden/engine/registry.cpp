@@ -67,12 +67,12 @@ std::unique_ptr<Engine> make_engine(const std::string& specification, const Grid
   return kind.make(scene, image, argument_of(specification));
 }
 
-std::unique_ptr<PixelEngine> make_pixel_engine(const std::string& specification, const MemoryImage& image,
-                                               const ShadeTable& table) {
+std::unique_ptr<PixelEngine> make_pixel_engine(const std::string& specification, const GridScene& scene,
+                                               const MemoryImage& image, const ShadeTable& table) {
   const EngineKind& kind = find_engine(specification);
   if (!kind.make_pixels) throw UsageError("engine " + kind.name + " makes no pictures by itself");
   if (image.two_levels()) check_instances(specification);
-  return kind.make_pixels(image, table, argument_of(specification));
+  return kind.make_pixels(scene, image, table, argument_of(specification));
 }
 
 std::vector<std::string> parse_engines(const std::string& list) {

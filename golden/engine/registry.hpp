@@ -55,8 +55,8 @@ struct EngineKind {
   /// `scene` and `image` outlive the engine.
   std::function<std::unique_ptr<Engine>(const GridScene& scene, const MemoryImage& image, const std::string& argument)>
       make;
-  /// An engine that makes pictures by itself. `image` outlives it. Empty for what has none.
-  std::function<std::unique_ptr<PixelEngine>(const MemoryImage& image, const ShadeTable& table,
+  /// An engine that makes pictures by itself. `scene` and `image` outlive it. Empty for what has none.
+  std::function<std::unique_ptr<PixelEngine>(const GridScene& scene, const MemoryImage& image, const ShadeTable& table,
                                              const std::string& argument)>
       make_pixels;
 };
@@ -79,8 +79,8 @@ std::vector<std::string> parse_engines(const std::string& list);
 std::vector<std::size_t> places_held_against(std::span<const std::string> engines);
 /// Throws UsageError if the engine makes no pictures by itself.
 /// Throws as check_instances() does for an image of two levels.
-std::unique_ptr<PixelEngine> make_pixel_engine(const std::string& specification, const MemoryImage& image,
-                                               const ShadeTable& table);
+std::unique_ptr<PixelEngine> make_pixel_engine(const std::string& specification, const GridScene& scene,
+                                               const MemoryImage& image, const ShadeTable& table);
 /// Throws UsageError if the engine does not trace images of two levels.
 void check_instances(const std::string& specification);
 /// Throws as check_instances() does for an image of two levels.

@@ -229,6 +229,18 @@ void find_levels(std::vector<StageCall>& calls) {
   }
 }
 
+std::vector<contract::InstanceRecord> instances_of(std::span<const std::uint64_t> image) {
+  const auto header = contract::HeaderRecord::unpack(image.data());
+  std::vector<contract::InstanceRecord> instances;
+  if (header.version != static_cast<std::uint32_t>(contract::kImageVersionTwoLevels)) return instances;
+  std::size_t at = std::size_t{header.instance_offset} * MemoryImage::kLineWords;
+  for (std::uint32_t i = 0; i < header.instance_count; ++i, at += contract::InstanceRecord::kWords) {
+    if (at + contract::InstanceRecord::kWords > image.size()) break;
+    instances.push_back(contract::InstanceRecord::unpack(image.data() + at));
+  }
+  return instances;
+}
+
 void name_instance(StageCall& call, const contract::InstanceEnterInRecord& in,
                    std::span<const contract::InstanceRecord> instances) {
   const auto found = std::ranges::find_if(instances, [&](const contract::InstanceRecord& record) {

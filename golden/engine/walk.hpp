@@ -58,6 +58,9 @@ StageCall read_stage_call(Stage stage, std::span<const std::uint64_t> input, std
 /// Writes the levels of the calls of one walk: an entry leads into an object, and a leaf_exit at the leaf that held the instance, as before, out.
 void find_levels(std::vector<StageCall>& calls);
 
+/// The instance records of an image, as far as it has them; it need not have been checked.
+std::vector<contract::InstanceRecord> instances_of(std::span<const std::uint64_t> image);
+
 /// Says which instance a call of instance_enter is about: the first of those that stand at the same place, which its records do not tell apart.
 void name_instance(StageCall& call, const contract::InstanceEnterInRecord& in,
                    std::span<const contract::InstanceRecord> instances);

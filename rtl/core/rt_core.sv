@@ -17,7 +17,8 @@
 //             contexts. Answers of the memory are taken in every clock. A ray is taken only into a free context, and a context is freed when its hit has a
 //             place in the finish queue. So the only stream that can be held up is that of the hits, by their sink; a sink must not wait
 //             for a ray to be taken (docs/core.md).
-// Two levels  With Config.levels = 2 units keep the object's ray of a context beside the world's; with 1 nothing of it is there.
+// Two levels  With Config.levels = 2 units keep the object's ray of a context beside the world's; with 1 nothing of it is there. With 2 and pixels the
+//             unit that makes an object's ray also makes those of a camera (camera_*, made_*), in order.
 // Counterpart hls/top/trace.cpp. Source: Lee 2007, section 4.
 `include "rt_assert.svh"
 module rt_core #(
@@ -41,6 +42,12 @@ module rt_core #(
     input  logic                          hit_ready_i,
     output rt_core_pkg::tagged_hit_t      hit_o,
     output rt_contract_pkg::triangle_index_t hit_number_o,  // of the instance that is hit; 0 where there is none
+    input  logic                          camera_valid_i,
+    output logic                          camera_ready_o,
+    input  rt_core_pkg::camera_ray_t      camera_i,
+    output logic                          made_valid_o,
+    input  logic                          made_ready_i,
+    output rt_core_pkg::made_ray_t        made_o,
     output logic                          read_valid_o,
     input  logic                          read_ready_i,
     output rt_core_pkg::read_request_t    read_o,
@@ -926,6 +933,12 @@ module rt_core #(
         .in_data_i     (enter_data),
         .in_context_i  (enter_context),
         .in_entry_i    (enter_entry),
+        .camera_valid_i,
+        .camera_ready_o,
+        .camera_i,
+        .made_valid_o,
+        .made_ready_i,
+        .made_o,
         .enter_o       (transform_entry),
         .record_o      (entry_record),
         .place_i       (place),
@@ -985,6 +998,11 @@ module rt_core #(
     );
   end else begin : gen_no_entry
     assign enter_ready        = 1'b1;
+    logic camera_unused;
+    assign camera_unused      = ^{camera_valid_i, camera_i, made_ready_i};
+    assign camera_ready_o     = 1'b0;
+    assign made_valid_o       = 1'b0;
+    assign made_o             = '0;
     assign entry_passed       = 1'b0;
     assign entry_stands       = 1'b0;
     assign entry_context      = '0;

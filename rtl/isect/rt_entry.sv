@@ -10,11 +10,14 @@
 // Rows        enter_o: record_o enters, and rt_transform takes it in the same clock. All rows are there rt_stage_pkg::EnterRows clocks later.
 // Waiting     What stands at the output waits for a launch or for a place in the queue of the references; both are taken by whoever returns from a leaf first.
 //             After PauseClocks of that, pause_o keeps the result unit from sending further ones, so that the wait ends.
-// Rate        An entry in three clocks; one that is entered holds the output for as many.
+// Camera      With Camera, rays of a camera take the same way, and leave by made_*. One is let in when no context comes and the stage takes it at once; it has
+//             a place behind the stage before it sets out, so no context ever waits for one.
+// Rate        An entry in three clocks; one that is entered holds the output for as many. Of a camera MadeRays are inside at most.
 // Counterpart enter_object in hls/top/trace.cpp. Source: Wald et al. 2003; Schmittler et al. 2004.
 `include "rt_assert.svh"
 module rt_entry #(
     parameter rt_config_pkg::config_t Config = rt_config_pkg::ConfigSaarcor,
+    localparam bit Camera = Config.pixels != 0,
     localparam int unsigned ContextBits = $clog2(Config.lanes * Config.contexts_per_lane)
 ) (
     input  logic                                       clk_i,
@@ -24,6 +27,12 @@ module rt_entry #(
     input  rt_contract_pkg::instance_enter_in_record_t in_data_i,
     input  logic [ContextBits-1:0]                     in_context_i,
     input  rt_core_pkg::entry_t                        in_entry_i,
+    input  logic                                       camera_valid_i,
+    output logic                                       camera_ready_o,
+    input  rt_core_pkg::camera_ray_t                   camera_i,
+    output logic                                       made_valid_o,
+    input  logic                                       made_ready_i,
+    output rt_core_pkg::made_ray_t                     made_o,
     output logic                                       enter_o,
     output rt_contract_pkg::instance_enter_in_record_t record_o,
     input  logic [2:0][rt_stage_pkg::EnterSumBits-1:0] place_i,
@@ -48,12 +57,14 @@ module rt_entry #(
 );
   localparam int unsigned PauseClocks = 16;
   localparam int unsigned WaitBits = $clog2(PauseClocks + 1);
+  // Of a camera's ray the tag is in place of the steps.
   typedef struct packed {
+    logic                   camera;
     logic [ContextBits-1:0] ctx;
     rt_core_pkg::entry_t    entry;
   } tag_t;
 
-  logic                                        valid, take, axis_is_last;
+  logic                                        valid, take, axis_is_last, of_context, lets_in;
   logic [1:0]                                  axis_q;
   logic [WaitBits-1:0]                         wait_q;
   rt_contract_pkg::instance_enter_out_record_t ray;
@@ -66,9 +77,14 @@ module rt_entry #(
   assign record_o   = record_q;
   always_ff @(posedge clk_i) begin
     if (in_ready_o) begin
-      held_q       <= in_valid_i;
+      held_q       <= in_valid_i || (camera_valid_i && lets_in);
       record_q     <= in_data_i;
-      record_tag_q <= '{ctx: in_context_i, entry: in_entry_i};
+      record_tag_q <= '{camera: 1'b0, ctx: in_context_i, entry: in_entry_i};
+      if (Camera && !in_valid_i) begin
+        record_q                 <= camera_i.data;
+        record_tag_q.camera      <= 1'b1;
+        record_tag_q.entry.steps <= camera_i.tag;
+      end
     end
     if (!rst_ni) held_q <= 1'b0;
   end
@@ -104,12 +120,13 @@ module rt_entry #(
 
   assign context_o      = tag.ctx;
   assign axis_is_last   = axis_q == 2'(rt_core_pkg::Axes - 1);
-  assign axis_valid_o   = valid && ray.enters[0];
+  assign of_context     = valid && !tag.camera;
+  assign axis_valid_o   = of_context && ray.enters[0];
   assign launch_valid_o = axis_valid_o && axis_is_last;
-  assign out_valid_o    = valid && !ray.enters[0] && (ray.bad[0] || tag.entry.last);
-  assign next_valid_o   = valid && !ray.enters[0] && !out_valid_o;
+  assign out_valid_o    = of_context && !ray.enters[0] && (ray.bad[0] || tag.entry.last);
+  assign next_valid_o   = of_context && !ray.enters[0] && !out_valid_o;
   assign out_event_o    = ray.bad[0] ? rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadRecord) : rt_core_pkg::EventGoOn;
-  assign take           = (launch_valid_o && axis_ready_i) || (next_valid_o && next_ready_i) || (out_valid_o && out_ready_i);
+  assign take           = (launch_valid_o && axis_ready_i) || (next_valid_o && next_ready_i) || (out_valid_o && out_ready_i) || (valid && tag.camera);
   always_ff @(posedge clk_i) begin
     if (axis_valid_o && axis_ready_i) axis_q <= axis_is_last ? '0 : axis_q + 1'b1;
     if (wait_q != WaitBits'(PauseClocks)) wait_q <= wait_q + 1'b1;
@@ -147,10 +164,59 @@ module rt_entry #(
   end
   assign entered_next_o = tag.entry.next;
 
+  // --- rays of a camera ---
+  if (Camera) begin : gen_camera
+    localparam int unsigned MadeRays = 16;
+    localparam int unsigned CountBits = $clog2(MadeRays + 1);
+    logic [CountBits-1:0] free_q, usage_unused;
+    logic                 leaves, room;
+    rt_core_pkg::made_ray_t made;
+    // The register in front is free, and will be in the next clock.
+    assign lets_in        = !in_valid_i && !held_q && ray_ready && free_q != '0;
+    assign camera_ready_o = lets_in;
+    assign leaves         = made_valid_o && made_ready_i;
+    assign made           = '{
+            tag: tag.entry.steps,
+            bad: ray.bad[0],
+            enters: ray.enters[0],
+            start: ray.start,
+            scale: ray.scale,
+            t_max: ray.t_max,
+            direction: ray.direction,
+            origin: ray.origin
+        };
+    always_ff @(posedge clk_i) begin
+      free_q <= free_q + CountBits'(leaves) - CountBits'(camera_valid_i && lets_in);
+      if (!rst_ni) free_q <= CountBits'(MadeRays);
+    end
+    rt_fifo #(
+        .Depth (MadeRays),
+        .data_t(rt_core_pkg::made_ray_t)
+    ) u_made (
+        .clk_i,
+        .rst_ni,
+        .in_valid_i (valid && tag.camera),
+        .in_ready_o (room),
+        .in_data_i  (made),
+        .out_valid_o(made_valid_o),
+        .out_ready_i(made_ready_i),
+        .out_data_o (made_o),
+        .usage_o    (usage_unused)
+    );
+    `RT_ASSERT(MadeHasRoom, !(valid && tag.camera) || room)
+  end else begin : gen_no_camera
+    logic camera_unused;
+    assign camera_unused  = ^{camera_valid_i, camera_i, made_ready_i};
+    assign lets_in        = 1'b0;
+    assign camera_ready_o = 1'b0;
+    assign made_valid_o   = 1'b0;
+    assign made_o         = '0;
+  end
+
   // For the end of a run: nothing is in the stage.
 `ifndef SYNTHESIS
   logic [7:0] inside_q;
-  always_ff @(posedge clk_i) inside_q <= !rst_ni ? '0 : inside_q + 8'(in_valid_i && in_ready_o) - 8'(take);
+  always_ff @(posedge clk_i) inside_q <= !rst_ni ? '0 : inside_q + 8'((in_valid_i && in_ready_o) || (camera_valid_i && camera_ready_o)) - 8'(take);
   assign idle_o = inside_q == '0;
 `else
   assign idle_o = 1'b1;

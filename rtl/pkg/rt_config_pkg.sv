@@ -59,7 +59,7 @@ package rt_config_pkg;
       ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, leaf_returns: 0, pixels: 0};
   // Dynamic SaarCOR: `ecp5l2` for images with instances, whose records share the lines of the triangles, with rays and pixels made on the chip.
   localparam config_t ConfigSaarcor = '{
-      levels: 2, lanes: 2, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 512, list_lines: 128, triangle_lines: 1024,
+      levels: 2, lanes: 2, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 1024, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128, triangle_lines: 1024,
       ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, leaf_returns: 0, pixels: 1};
   // For larger parts.
   localparam config_t ConfigWide = '{

@@ -54,6 +54,21 @@ package rt_core_pkg;
     rt_contract_pkg::entry_start_t start;
     rt_contract_pkg::entry_scale_t scale;
   } pixel_place_t;
+  // In a core of two levels a camera's ray is made where those of objects are: its record and ray on the way there, the ray of the grid on the way back.
+  typedef struct packed {
+    ray_tag_t                                   tag;
+    rt_contract_pkg::instance_enter_in_record_t data;
+  } camera_ray_t;
+  typedef struct packed {
+    ray_tag_t                          tag;
+    logic                              bad;
+    logic                              enters;
+    rt_contract_pkg::entry_start_t     start;
+    rt_contract_pkg::entry_scale_t     scale;
+    rt_contract_pkg::t_limit_t         t_max;
+    rt_contract_pkg::direction_t [2:0] direction;
+    rt_contract_pkg::position_t [2:0]  origin;
+  } made_ray_t;
   // What became of a sample, on its way to a pixel.
   typedef struct packed {
     ray_tag_t                         tag;

@@ -12,9 +12,12 @@
 // Faults      fault_o: the frame is none that can be drawn (sizes, samples, kind); nothing is made of it. bad_o: a sample's camera is none that a host writes; a miss.
 // End         done_o from the clock after start_i until all samples are handed over is 0.
 // Rate        One sample in three clocks.
+// Own         1: rows and an rt_object_ray of its own. 0: camera_* goes to those of a core of two levels (rt_entry), and the rays come back as made_*, in order.
 // Counterpart hls/stages/raster.hpp, golden/engine/stages/raster.hpp.
 `include "rt_assert.svh"
-module rt_raster (
+module rt_raster #(
+    parameter bit Own = 1'b1
+) (
     input  logic                             clk_i,
     input  logic                             rst_ni,
     input  logic                             start_i,
@@ -34,7 +37,13 @@ module rt_raster (
     output rt_core_pkg::tagged_ray_t         ray_o,
     output logic                             miss_valid_o,
     input  logic                             miss_ready_i,
-    output rt_core_pkg::ray_tag_t            miss_o
+    output rt_core_pkg::ray_tag_t            miss_o,
+    output logic                             camera_valid_o,
+    input  logic                             camera_ready_i,
+    output rt_core_pkg::camera_ray_t         camera_o,
+    input  logic                             made_valid_i,
+    output logic                             made_ready_o,
+    input  rt_core_pkg::made_ray_t           made_i
 );
   localparam int unsigned PlaceLog2 = 8;  // places in a pixel
   localparam int unsigned CameraFrac = 20;
@@ -192,87 +201,128 @@ module rt_raster (
   `RT_ASSERT(FreedHasRoom, !finished_valid_i || freed_room)
 
   // --- from the camera to the grid ---
-  rt_contract_pkg::instance_enter_in_record_t  enter_in;
-  rt_contract_pkg::instance_enter_out_record_t entry;
-  rt_core_pkg::ray_tag_t                       entry_tag;
-  logic                                        entry_valid, entry_ready, orthographic;
+  rt_core_pkg::camera_ray_t  camera;
+  rt_core_pkg::made_ray_t    entry;
+  logic                      entry_valid, entry_ready, orthographic;
   assign orthographic = camera_i.orthographic[0];
-  always_comb begin
-    enter_in       = '0;
-    enter_in.e     = camera_i.e;
-    enter_in.box   = camera_i.box;
-    enter_in.reach = camera_i.reach;
-  end
-  // The rows of rt_instance_enter, one axis a clock, of rays that have x and y in the origin or in the direction and 0 or 1/2 otherwise: two products.
-  localparam int unsigned SumBits = rt_stage_pkg::EnterSumBits;
-  localparam int unsigned StepBits = rt_contract_pkg::CameraStepBits;
-  localparam int unsigned ProductBits = rt_contract_pkg::InstanceCoefficientBits + StepBits;
-  typedef logic signed [SumBits-1:0] sum_t;
-  logic       enter;
-  logic [1:0] axis_q, axis;
-  step_t      x_step_q, y_step_q;
-  logic signed [ProductBits-1:0] x_product, y_product;
-  sum_t       steps_q, constant_q, ahead_q, ahead_before_q, moved_q;
-  always_ff @(posedge clk_i) begin
-    if (enter) begin
-      x_step_q <= step_x_q;
-      y_step_q <= step_y_q;
+  assign camera.tag   = {slot_q | SlotBits'(sample_q), pixel_q};
+  if (Own) begin : gen_own
+    // The rows of rt_instance_enter, one axis a clock, of rays that have x and y in the origin or in the direction and 0 or 1/2 otherwise: two products.
+    localparam int unsigned SumBits = rt_stage_pkg::EnterSumBits;
+    localparam int unsigned StepBits = rt_contract_pkg::CameraStepBits;
+    localparam int unsigned ProductBits = rt_contract_pkg::InstanceCoefficientBits + StepBits;
+    typedef logic signed [SumBits-1:0] sum_t;
+    logic       enter;
+    logic [1:0] axis_q, axis;
+    step_t      x_step_q, y_step_q;
+    logic signed [ProductBits-1:0] x_product, y_product;
+    sum_t       steps_q, constant_q, ahead_q, ahead_before_q, moved_q;
+    always_ff @(posedge clk_i) begin
+      if (enter) begin
+        x_step_q <= step_x_q;
+        y_step_q <= step_y_q;
+      end
+      if (axis_q != 2'd2) axis_q <= axis_q + 1'b1;
+      if (enter) axis_q <= '0;
     end
-    if (axis_q != 2'd2) axis_q <= axis_q + 1'b1;
-    if (enter) axis_q <= '0;
+    rt_mul #(
+        .ABits(rt_contract_pkg::InstanceCoefficientBits),
+        .BBits(StepBits)
+    ) u_x (
+        .clk_i,
+        .a_i(camera_i.m[3*axis_q]),
+        .b_i(x_step_q),
+        .p_o(x_product)
+    );
+    rt_mul #(
+        .ABits(rt_contract_pkg::InstanceCoefficientBits),
+        .BBits(StepBits)
+    ) u_y (
+        .clk_i,
+        .a_i(camera_i.m[3*axis_q+1]),
+        .b_i(y_step_q),
+        .p_o(y_product)
+    );
+    rt_delay #(
+        .Cycles(rt_lib_pkg::mul_latency(rt_contract_pkg::InstanceCoefficientBits, StepBits)),
+        .data_t(logic [1:0])
+    ) u_axis (
+        .clk_i,
+        .rst_ni,
+        .data_i(axis_q),
+        .data_o(axis)
+    );
+    always_ff @(posedge clk_i) begin
+      steps_q        <= sum_t'(x_product) + sum_t'(y_product);
+      constant_q     <= sum_t'(signed'(camera_i.b[axis])) <<< rt_contract_pkg::PositionFrac;
+      ahead_before_q <= sum_t'(signed'(camera_i.m[3*axis+2])) <<< (rt_contract_pkg::DirectionFrac - 1);
+      moved_q        <= orthographic ? constant_q + (steps_q <<< (rt_contract_pkg::PositionFrac - CameraFrac)) : constant_q;
+      ahead_q        <= orthographic ? ahead_before_q : ahead_before_q + (steps_q <<< (rt_contract_pkg::DirectionFrac - CameraFrac));
+    end
+    `RT_ASSERT_INIT(RowsInTime, 1 + rt_lib_pkg::mul_latency(rt_contract_pkg::InstanceCoefficientBits, StepBits) + 2 == rt_stage_pkg::EnterRows)
+    rt_contract_pkg::instance_enter_out_record_t ray;
+    rt_core_pkg::ray_tag_t tag;
+    always_comb begin
+      camera.data       = '0;
+      camera.data.e     = camera_i.e;
+      camera.data.box   = camera_i.box;
+      camera.data.reach = camera_i.reach;
+      entry             = '{
+          tag: tag,
+          bad: ray.bad[0],
+          enters: ray.enters[0],
+          start: ray.start,
+          scale: ray.scale,
+          t_max: ray.t_max,
+          direction: ray.direction,
+          origin: ray.origin
+      };
+    end
+    rt_object_ray #(
+        .tag_t(rt_core_pkg::ray_tag_t)
+    ) u_enter (
+        .clk_i,
+        .rst_ni,
+        .in_valid_i (enter_valid),
+        .in_ready_o (enter_ready),
+        .in_data_i  (camera.data),
+        .in_tag_i   (camera.tag),
+        .enter_o    (enter),
+        .place_i    (moved_q),
+        .course_i   (ahead_q),
+        .out_valid_o(entry_valid),
+        .out_ready_i(entry_ready),
+        .out_data_o (ray),
+        .out_tag_o  (tag)
+    );
+    logic shared_unused;
+    assign shared_unused  = ^{camera_ready_i, made_valid_i, made_i};
+    assign camera_valid_o = 1'b0;
+    assign made_ready_o   = 1'b0;
+  end else begin : gen_shared
+    always_comb begin
+      camera.data       = '0;
+      camera.data.m     = camera_i.m;
+      camera.data.b     = camera_i.b;
+      camera.data.e     = camera_i.e;
+      camera.data.box   = camera_i.box;
+      camera.data.reach = camera_i.reach;
+      if (orthographic) begin
+        camera.data.origin[0] = position_t'(signed'(step_x_q)) <<< (rt_contract_pkg::PositionFrac - CameraFrac);
+        camera.data.origin[1] = position_t'(signed'(step_y_q)) <<< (rt_contract_pkg::PositionFrac - CameraFrac);
+      end else begin
+        camera.data.direction[0] = direction_t'(signed'(step_x_q)) <<< (rt_contract_pkg::DirectionFrac - CameraFrac);
+        camera.data.direction[1] = direction_t'(signed'(step_y_q)) <<< (rt_contract_pkg::DirectionFrac - CameraFrac);
+      end
+      camera.data.direction[2] = direction_t'(1) <<< (rt_contract_pkg::DirectionFrac - 1);
+    end
+    assign camera_valid_o = enter_valid;
+    assign enter_ready    = camera_ready_i;
+    assign entry_valid    = made_valid_i;
+    assign made_ready_o   = entry_ready;
+    assign entry          = made_i;
   end
-  rt_mul #(
-      .ABits(rt_contract_pkg::InstanceCoefficientBits),
-      .BBits(StepBits)
-  ) u_x (
-      .clk_i,
-      .a_i(camera_i.m[3*axis_q]),
-      .b_i(x_step_q),
-      .p_o(x_product)
-  );
-  rt_mul #(
-      .ABits(rt_contract_pkg::InstanceCoefficientBits),
-      .BBits(StepBits)
-  ) u_y (
-      .clk_i,
-      .a_i(camera_i.m[3*axis_q+1]),
-      .b_i(y_step_q),
-      .p_o(y_product)
-  );
-  rt_delay #(
-      .Cycles(rt_lib_pkg::mul_latency(rt_contract_pkg::InstanceCoefficientBits, StepBits)),
-      .data_t(logic [1:0])
-  ) u_axis (
-      .clk_i,
-      .rst_ni,
-      .data_i(axis_q),
-      .data_o(axis)
-  );
-  always_ff @(posedge clk_i) begin
-    steps_q        <= sum_t'(x_product) + sum_t'(y_product);
-    constant_q     <= sum_t'(signed'(camera_i.b[axis])) <<< rt_contract_pkg::PositionFrac;
-    ahead_before_q <= sum_t'(signed'(camera_i.m[3*axis+2])) <<< (rt_contract_pkg::DirectionFrac - 1);
-    moved_q        <= orthographic ? constant_q + (steps_q <<< (rt_contract_pkg::PositionFrac - CameraFrac)) : constant_q;
-    ahead_q        <= orthographic ? ahead_before_q : ahead_before_q + (steps_q <<< (rt_contract_pkg::DirectionFrac - CameraFrac));
-  end
-  `RT_ASSERT_INIT(RowsInTime, 1 + rt_lib_pkg::mul_latency(rt_contract_pkg::InstanceCoefficientBits, StepBits) + 2 == rt_stage_pkg::EnterRows)
-  rt_object_ray #(
-      .tag_t(rt_core_pkg::ray_tag_t)
-  ) u_enter (
-      .clk_i,
-      .rst_ni,
-      .in_valid_i (enter_valid),
-      .in_ready_o (enter_ready),
-      .in_data_i  (enter_in),
-      .in_tag_i   ({slot_q | SlotBits'(sample_q), pixel_q}),
-      .enter_o    (enter),
-      .place_i    (moved_q),
-      .course_i   (ahead_q),
-      .out_valid_o(entry_valid),
-      .out_ready_i(entry_ready),
-      .out_data_o (entry),
-      .out_tag_o  (entry_tag)
-  );
+  assign camera_o = camera;
 
   // --- rays and misses ---
   logic                       passes, ray_valid_q, miss_valid_q;
@@ -280,7 +330,7 @@ module rt_raster (
   rt_core_pkg::pixel_place_t  place_q;
   logic                       place_valid_q;
   always_comb begin
-    passes = !entry.enters[0];
+    passes = !entry.enters;
     for (int unsigned a = 0; a < 3; a++) begin
       if (signed'(entry.origin[a]) < signed'(box_i[2*a]) && signed'(entry.direction[a]) <= 0) passes = 1'b1;
       if (signed'(entry.origin[a]) > signed'(box_i[2*a+1]) && signed'(entry.direction[a]) >= 0) passes = 1'b1;
@@ -297,7 +347,7 @@ module rt_raster (
       miss_valid_q  <= passes;
       place_q       <= '{start: entry.start, scale: entry.scale};
       ray_q         <= '{
-          tag: entry_tag,
+          tag: entry.tag,
           error: 1'b0,
           any: '0,
           t_max: entry.t_max,
@@ -311,7 +361,7 @@ module rt_raster (
       place_valid_q <= 1'b0;
     end
   end
-  assign bad_o         = entry_valid && entry_ready && entry.bad[0];
+  assign bad_o         = entry_valid && entry_ready && entry.bad;
   assign ray_valid_o   = ray_valid_q;
   assign ray_o         = ray_q;
   assign miss_valid_o  = miss_valid_q;
@@ -320,7 +370,7 @@ module rt_raster (
   assign place_slot_o  = ray_q.tag[rt_core_pkg::TagBits-1-:SlotBits];
   assign place_o       = place_q;
 
-  // Samples in rt_instance_enter.
+  // Samples on their way to rays.
   localparam int unsigned InsideBits = 6;
   logic [InsideBits-1:0] inside_q;
   logic                  leaves;

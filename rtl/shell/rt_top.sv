@@ -108,6 +108,9 @@ module rt_top #(
   rt_contract_pkg::triangle_index_t hit_number;
   logic                             frame_fault, camera_fault, material_fault, pixel_valid, wide_pixel, front_q;
   rt_core_pkg::tagged_ray_t         raster_ray;
+  logic                             camera_valid, camera_ready, made_valid, made_ready;
+  rt_core_pkg::camera_ray_t         camera_ray;
+  rt_core_pkg::made_ray_t           made_ray;
   rt_core_pkg::pixel_t              pixel;
   rt_contract_pkg::position_t [5:0] box;
   logic [AddrBits-1:0]              hit_base;
@@ -152,6 +155,12 @@ module rt_top #(
       .hit_ready_i   (on_chip ? shade_ready : sink_ready),
       .hit_o         (hit),
       .hit_number_o  (hit_number),
+      .camera_valid_i(camera_valid),
+      .camera_ready_o(camera_ready),
+      .camera_i      (camera_ray),
+      .made_valid_o  (made_valid),
+      .made_ready_i  (made_ready),
+      .made_o        (made_ray),
       .read_valid_o  (read_valid[FromCore]),
       .read_ready_i  (read_ready[FromCore]),
       .read_o        (read_request[FromCore]),
@@ -204,7 +213,7 @@ module rt_top #(
     logic                            camera_done, shadow_busy, sample_valid, sample_ready;
     logic [1:0]                      source_valid, source_ready, fetch_valid, fetch_ready;
     logic                            source_index_unused;
-    rt_core_pkg::tagged_ray_t        camera_ray, source[2];
+    rt_core_pkg::tagged_ray_t        source[2];
     rt_core_pkg::sample_t            sample;
     rt_core_pkg::read_request_t      fetch[2];
     pictures_t                       pictures;
@@ -233,7 +242,10 @@ module rt_top #(
     assign on_chip    = regs.control.on_chip.value;
     assign wide_pixel = frame.kind == rt_contract_pkg::pixel_kind_t'(rt_contract_pkg::PixelHit);
     assign hit_base   = on_chip ? frame_base[!front_q] : ray_hit_base;
-    rt_raster u_raster (
+    // A core of two levels has what makes an object's ray, and makes the camera's with it.
+    rt_raster #(
+        .Own(Config.levels == 1)
+    ) u_raster (
         .clk_i,
         .rst_ni          (!core_reset),
         .start_i         (rays_start && on_chip),
@@ -250,14 +262,19 @@ module rt_top #(
         .place_o         (place),
         .ray_valid_o     (source_valid[1]),
         .ray_ready_i     (source_ready[1]),
-        .ray_o           (camera_ray),
+        .ray_o           (source[1]),
         .miss_valid_o    (miss_valid),
         .miss_ready_i    (miss_ready),
-        .miss_o          (miss)
+        .miss_o          (miss),
+        .camera_valid_o  (camera_valid),
+        .camera_ready_i  (camera_ready),
+        .camera_o        (camera_ray),
+        .made_valid_i    (made_valid),
+        .made_ready_o    (made_ready),
+        .made_i          (made_ray)
     );
     // A sample may send another ray until it has reached rt_shade.
     assign raster_done = camera_done && !shadow_busy;
-    assign source[1]   = camera_ray;
     rt_arbiter #(
         .NumInputs(2),
         .data_t   (rt_core_pkg::tagged_ray_t)
@@ -281,7 +298,7 @@ module rt_top #(
         .box_i        (box),
         .busy_o       (shadow_busy),
         .place_valid_i(place_valid),
-        .place_ray_i  (camera_ray),
+        .place_ray_i  (source[1]),
         .hit_valid_i  (hit_valid && on_chip),
         .hit_ready_o  (shade_ready),
         .hit_i        (hit),
@@ -350,6 +367,11 @@ module rt_top #(
     assign raster_done    = 1'b1;
     assign raster_valid   = 1'b0;
     assign raster_ray     = '0;
+    logic camera_unused;
+    assign camera_unused  = ^{camera_ready, made_valid, made_ray};
+    assign camera_valid   = 1'b0;
+    assign camera_ray     = '0;
+    assign made_ready     = 1'b0;
     assign shade_ready    = 1'b0;
     assign shade_idle     = 1'b1;
     assign frame_fault    = 1'b0;

@@ -71,7 +71,7 @@ class Simulation final : public CsimEngine {
 
   Walk walk(const GridRay& ray, const TraceOptions& options) override {
     check(options);
-    const std::vector<contract::InstanceRecord> instances = instances_of_image();
+    const std::vector<contract::InstanceRecord> instances = instances_of(image_);
     std::array<std::uint64_t, contract::RayRecord::kWords> ray_words;
     std::array<std::uint64_t, contract::HitRecord::kWords> hit_words;
     std::array<ap_uint<64>, kSummaryWords> summary;
@@ -93,19 +93,6 @@ class Simulation final : public CsimEngine {
   }
 
  private:
-  /// As far as the image has them; it need not have been checked.
-  std::vector<contract::InstanceRecord> instances_of_image() const {
-    const auto header = contract::HeaderRecord::unpack(image_.data());
-    std::vector<contract::InstanceRecord> instances;
-    if (header.version != static_cast<std::uint32_t>(contract::kImageVersionTwoLevels)) return instances;
-    std::size_t at = std::size_t{header.instance_offset} * MemoryImage::kLineWords;
-    for (std::uint32_t i = 0; i < header.instance_count; ++i, at += contract::InstanceRecord::kWords) {
-      if (at + contract::InstanceRecord::kWords > image_.size()) break;
-      instances.push_back(contract::InstanceRecord::unpack(image_.data() + at));
-    }
-    return instances;
-  }
-
   using Summary = std::array<ap_uint<64>, kSummaryWords>;
 
   static void check(const TraceOptions& options) {
@@ -196,7 +183,7 @@ EngineKind csim_engine_kind() {
   kind.make = [](const GridScene&, const MemoryImage& image, const std::string&) -> std::unique_ptr<Engine> {
     return make_csim_engine(image);
   };
-  kind.make_pixels = [](const MemoryImage& image, const ShadeTable& table, const std::string&) {
+  kind.make_pixels = [](const GridScene&, const MemoryImage& image, const ShadeTable& table, const std::string&) {
     return make_csim_pixels(image.words(), table);
   };
   return kind;

@@ -171,7 +171,11 @@ void run_explain(const ExplainArguments& a, Program& program) {
 
   const LoadedScene loaded = load_scene(a.scene, program.common, false);
   if (loaded.grid.two_levels) {
-    if (a.all_engines) std::erase_if(names, [](const std::string& name) { return !find_engine(name).shows_entries; });
+    // Whether an engine with an argument, a configuration of the core, reads instances depends on it; who wants it names it.
+    if (a.all_engines)
+      std::erase_if(names, [](const std::string& name) {
+        return !find_engine(name).shows_entries || find_engine(name).takes_argument;
+      });
     for (const std::string& name : names) check_entries(name);
   }
   WorldRay world;

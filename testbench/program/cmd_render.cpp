@@ -202,7 +202,7 @@ void add_render(CLI::App& app, Program& program) {
   command->add_flag(
       "--on-chip", a->on_chip,
       "The engine makes rays and pixels by itself, lit from the camera or, with --shadows, from above it: "
-      "engine csim or rtl, --spp 1 (default), 2 or 4");
+      "engine golden, csim or rtl, --spp 1 (default), 2 or 4");
   command
       ->add_option("--program", a->program,
                    "Of engine spu: " + shader_program_names() + ", or a file .asm (docs/shader.md)")

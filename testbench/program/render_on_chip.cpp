@@ -11,7 +11,7 @@ namespace retrace::cli {
 void run_on_chip(const RenderArguments& a, const Common& common) {
   const EngineKind& kind = find_engine(a.engine);
   if (!kind.make_pixels)
-    throw UsageError("engine " + kind.name + " makes no pictures by itself: --on-chip takes engine csim or rtl");
+    throw UsageError("engine " + kind.name + " makes no pictures by itself: --on-chip takes engine golden, csim or rtl");
   if (!a.aovs.empty()) throw UsageError("--on-chip writes the picture alone: no --aov");
   ChipOptions options;
   options.width = a.options.width;
@@ -31,7 +31,7 @@ void run_on_chip(const RenderArguments& a, const Common& common) {
   const contract::FrameRecord frame = chip_frame(view, options);
   const contract::CameraRecord camera = chip_camera(view, loaded.grid, options.width, options.height);
   const ShadeTable table = chip_shading(surfaces);
-  const std::unique_ptr<PixelEngine> engine = make_pixel_engine(a.engine, loaded.image, table);
+  const std::unique_ptr<PixelEngine> engine = make_pixel_engine(a.engine, loaded.grid, loaded.image, table);
   const double start = now();
   const std::vector<std::uint32_t> pixels = engine->draw(camera, frame, a.options.trace);
   const double seconds = now() - start;

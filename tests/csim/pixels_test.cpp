@@ -350,6 +350,33 @@ TEST(CsimPixels, TwoLevelsAreTheGoldenModel) {
   EXPECT_GT(shadowed, 20u);
 }
 
+// The engine golden, whose hits are those of doubles: the kernels' picture, but for samples whose ray passes an edge by a rounding.
+TEST(GoldenPixels, DrawsTheKernelsPictures) {
+  for (const auto& [name, levels] : {std::pair{"knot", TwoLevels::kOff}, std::pair{"room:detail=0.1", TwoLevels::kOff},
+                                     std::pair{"field:count=60", TwoLevels::kAuto}}) {
+    SCOPED_TRACE(name);
+    const TracedScene traced = snap_scene(open_scene(name), levels, kChipReach);
+    const MemoryImage image = build_image(traced.grid);
+    ASSERT_EQ(image.two_levels(), levels != TwoLevels::kOff);
+    const ViewCamera view = default_view(traced.scene, traced.world);
+    const ShadeTable table = chip_shading(Surfaces(traced.scene, traced.world, traced.grid));
+    const auto golden = make_golden_pixels(traced.grid, image, table);
+    const auto csim = make_csim_pixels(image.words(), table);
+    for (const bool shadows : {false, true}) {
+      SCOPED_TRACE(shadows);
+      const ChipOptions options{.width = 64, .height = 48, .shadows = shadows};
+      const auto camera = chip_camera(view, traced.grid, options.width, options.height);
+      const auto frame = chip_frame(view, options);
+      for (const WayUp way_up : {WayUp::kFaceLinks, WayUp::kParentLinks}) {
+        EXPECT_EQ(golden->draw(camera, frame, {.way_up = way_up}), csim->draw(camera, frame, {.way_up = way_up}));
+        EXPECT_EQ(golden->totals().rays, csim->totals().rays);
+        EXPECT_EQ(golden->totals().unknown, 0u);
+        EXPECT_EQ(golden->totals().shadow_rays > 0, shadows);
+      }
+    }
+  }
+}
+
 TEST(CsimPixels, FramesThatCannotBeDrawnAreRefused) {
   const ChipScene scene("knot");
   const ViewCamera view = default_view(scene.scene, scene.world);

@@ -1,7 +1,10 @@
 // A walk as the stages of the verilated core take it: the kernel's, bit for bit, in every record; and the engine goes on as before.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "golden/engine/walk.hpp"
+#include "testbench/sim/core/core_model.hpp"
 #include "testbench/sim/core/rtl_engine.hpp"
 #include "testbench/sim/core/stage_watch.hpp"
 #include "tests/rtl_core/frames.hpp"
@@ -39,6 +42,41 @@ TEST(RtlWalk, is_the_kernels_in_every_bit) {
       for (std::size_t i = 0; i < rays.size(); ++i) EXPECT_EQ(before[i].t, after[i].t);
     }
   }
+}
+
+TEST(RtlWalk, through_instances_is_the_kernels_in_every_bit) {
+  const auto& built = cosim::core_configurations();
+  if (std::find(built.begin(), built.end(), "saarcor") == built.end())
+    GTEST_SKIP() << "RETRACE_RTL_CONFIGS leaves out saarcor";
+  const TracedScene scene = prepare_scene(open_scene("field:count=60"), {}, TwoLevels::kAuto);
+  ASSERT_TRUE(scene.image.two_levels());
+  auto csim = make_csim_engine(scene.image);
+  RtlOptions rtl_options;
+  rtl_options.configuration = "saarcor";
+  auto rtl = make_rtl_engine(scene.image, rtl_options);
+  const ViewCamera view = default_view(scene.scene, scene.world);
+  std::size_t entries = 0, tests = 0;
+  for (const bool any : {false, true}) {
+    for (int i = 0; i < 60; ++i) {
+      const GridRay ray = quantise(view.ray(i % 10 * 3.2 + 0.5, i / 10 * 4.1 + 0.5, kWidth, kHeight),
+                                   scene.grid.transform, scene.grid.box, any);
+      if (ray.outside) continue;
+      TraceOptions options;
+      options.way_up = i % 2 != 0 ? WayUp::kParentLinks : WayUp::kFaceLinks;
+      options.mailbox = i % 3 != 0 ? kCsimMailbox : 0;
+      const Walk expected = csim->walk(ray, options), walk = rtl->walk(ray, options);
+      const Parting parting = first_parting_in_bits(expected, walk);
+      EXPECT_FALSE(parting.parts) << "ray " << i << ", any " << any << ", step " << parting.step << ": " << parting.why;
+      for (std::size_t c = 0; c < std::min(walk.calls.size(), expected.calls.size()); ++c) {
+        EXPECT_EQ(walk.calls[c].level, expected.calls[c].level);
+        EXPECT_EQ(walk.calls[c].value("instance"), expected.calls[c].value("instance"));
+        entries += walk.calls[c].value("enters") != 0;
+        tests += walk.calls[c].stage == Stage::kTriTest;
+      }
+    }
+  }
+  EXPECT_GT(entries, 40u);
+  EXPECT_GT(tests, 40u);
 }
 
 TEST(RtlWalk, one_watch_at_a_time) {

@@ -110,11 +110,20 @@ class Simulation final : public RtlEngine {
       walk.calls = watch.calls();
     }
     reset();
+    const std::vector<contract::InstanceRecord> instances = instances_of(image_);
+    for (StageCall& call : walk.calls)
+      if (call.stage == Stage::kInstanceEnter)
+        name_instance(call, contract::InstanceEnterInRecord::unpack(call.input.data()), instances);
+    find_levels(walk.calls);
     // When an any-hit ray gets its hit, further references of the leaf may be on their way through rt_tri_test; nobody looks at what they give.
     const auto is_test = [](const StageCall& call) { return call.stage == Stage::kTriTest; };
+    std::uint32_t t_max_inside = 0;  // of the ray of the object that was entered last
     const auto first_hit = std::find_if(walk.calls.begin(), walk.calls.end(), [&](const StageCall& call) {
+      if (call.stage == Stage::kInstanceEnter)
+        t_max_inside = contract::InstanceEnterOutRecord::unpack(call.output.data()).t_max;
       return is_test(call) && contract::TriTestOutRecord::unpack(call.output.data()).hit != 0 &&
-             contract::TriTestOutRecord::unpack(call.output.data()).t <= ray.record.t_max;
+             contract::TriTestOutRecord::unpack(call.output.data()).t <=
+                 (call.level != 0 ? t_max_inside : ray.record.t_max);
     });
     if (ray.record.any != 0 && first_hit != walk.calls.end())
       walk.calls.erase(std::remove_if(std::next(first_hit), walk.calls.end(), is_test), walk.calls.end());

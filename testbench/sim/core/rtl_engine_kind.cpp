@@ -149,6 +149,7 @@ EngineKind rtl_engine_kind() {
 #endif
   };
   kind.shows_walks = true;
+  kind.shows_entries = true;
   kind.make = [options](const GridScene&, const MemoryImage& image,
                         const std::string& argument) -> std::unique_ptr<Engine> {
     RtlOptions rtl = options->rtl;
@@ -156,7 +157,8 @@ EngineKind rtl_engine_kind() {
     rtl.memory = parse_memory(options->memory);
     return make_rtl_engine(image, rtl);
   };
-  kind.make_pixels = [options](const MemoryImage& image, const ShadeTable& table, const std::string& argument) {
+  kind.make_pixels = [options](const GridScene&, const MemoryImage& image, const ShadeTable& table,
+                               const std::string& argument) {
     RtlOptions rtl = options->rtl;
     if (!argument.empty()) rtl.configuration = argument;
     rtl.memory = parse_memory(options->memory);

@@ -20,6 +20,9 @@ bind rt_core rt_stage_probe #(
 bind rt_kd_backtrack rt_stage_probe #(
     .Stage(4), .InBits($bits(rt_contract_pkg::kd_backtrack_in_record_t)), .OutBits($bits(rt_contract_pkg::kd_backtrack_out_record_t))
 ) u_probe (.clk_i, .rst_ni, .in_valid_i, .in_ready_o, .in_data_i, .out_valid_o, .out_ready_i, .out_data_o);
+bind rt_object_ray rt_stage_probe #(
+    .Stage(6), .InBits($bits(rt_contract_pkg::instance_enter_in_record_t)), .OutBits($bits(rt_contract_pkg::instance_enter_out_record_t))
+) u_probe (.clk_i, .rst_ni, .in_valid_i, .in_ready_o, .in_data_i, .out_valid_o, .out_ready_i, .out_data_o);
 bind rt_hit_finish rt_stage_probe #(
     .Stage(5), .InBits($bits(rt_contract_pkg::hit_finish_in_record_t)), .OutBits($bits(rt_contract_pkg::hit_record_t))
 ) u_probe (.clk_i, .rst_ni, .in_valid_i, .in_ready_o, .in_data_i, .out_valid_o, .out_ready_i, .out_data_o);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Source of rays from a camera and sink of hits that makes pixels, without the core between them: C++ plays that, and the memory of the table
-// (tests/rtl/rtl_pixels_test.cpp).
+// (tests/rtl/rtl_pixels_test.cpp). With two levels the camera's rays come from rt_entry, among contexts at random, some of which stand at its end for long.
+`include "rt_assert.svh"
 module tb_pixels #(
     parameter int unsigned DataBits = 64,
     parameter int unsigned GranuleBytes = 8,
@@ -78,7 +79,12 @@ module tb_pixels #(
   assign rays[1]     = camera_ray;
   assign source_done_o = camera_done && !shadow_busy;
   assign idle_o        = shade_idle && !shadow_busy;
-  rt_raster u_raster (
+  logic                     camera_valid, camera_ready, made_valid, made_ready;
+  rt_core_pkg::camera_ray_t camera;
+  rt_core_pkg::made_ray_t   made;
+  rt_raster #(
+      .Own(Levels == 1)
+  ) u_raster (
       .clk_i,
       .rst_ni,
       .start_i,
@@ -98,8 +104,102 @@ module tb_pixels #(
       .ray_o           (camera_ray),
       .miss_valid_o    (miss_valid),
       .miss_ready_i    (miss_ready),
-      .miss_o          (miss)
+      .miss_o          (miss),
+      .camera_valid_o  (camera_valid),
+      .camera_ready_i  (camera_ready),
+      .camera_o        (camera),
+      .made_valid_i    (made_valid),
+      .made_ready_o    (made_ready),
+      .made_i          (made)
   );
+  if (Levels > 1) begin : gen_entry
+    localparam rt_config_pkg::config_t Config = rt_config_pkg::ConfigSaarcor;
+    localparam int unsigned ContextBits = $clog2(Config.lanes * Config.contexts_per_lane);
+    logic                                       context_valid, context_ready, leaves, enters, ends_ready;
+    rt_contract_pkg::instance_enter_in_record_t record;
+    logic [2:0][rt_stage_pkg::EnterSumBits-1:0] place_rows, course_rows;
+    rt_contract_pkg::row_position_t [2:0]       position_unused;
+    rt_contract_pkg::row_direction_t [2:0]      direction_unused;
+    logic [ContextBits-1:0]                     left_context;
+    logic                                       axis_unused, launch_unused, next_unused, pause_unused, idle_unused;
+    rt_core_pkg::ray_axis_t                     axis_data_unused;
+    rt_core_pkg::launch_t                       launch_data_unused;
+    rt_core_pkg::entered_t                      entered_unused;
+    rt_contract_pkg::triangle_index_t           next_data_unused;
+    rt_contract_pkg::status_t                   event_code;
+    // A record of 0 has no direction, so it cannot be. A quarter of the clocks have one, and in a half of the spans of 256 none leaves.
+    logic [15:0]            random_q;
+    logic [ContextBits-1:0] sent_q, left_q;
+    logic [9:0]             clock_q;
+    always_ff @(posedge clk_i) begin
+      random_q <= {random_q[14:0], random_q[15] ^ random_q[13] ^ random_q[12] ^ random_q[10]};
+      clock_q  <= clock_q + 1'b1;
+      if (context_valid) sent_q <= sent_q + 1'b1;
+      if (leaves && ends_ready) left_q <= left_q + 1'b1;
+      if (!rst_ni) begin
+        random_q <= 16'hace1;
+        clock_q  <= '0;
+        sent_q   <= '0;
+        left_q   <= '0;
+      end
+    end
+    assign context_valid = context_ready && random_q[1:0] == '0;
+    assign ends_ready    = !clock_q[8];
+    rt_transform u_transform (
+        .clk_i,
+        .rst_ni,
+        .entry_i    (enters),
+        .instance_i (record),
+        .triangle_i ('0),
+        .place_o    (place_rows),
+        .course_o   (course_rows),
+        .position_o (position_unused),
+        .direction_o(direction_unused)
+    );
+    rt_entry #(
+        .Config(Config)
+    ) u_entry (
+        .clk_i,
+        .rst_ni,
+        .in_valid_i    (context_valid),
+        .in_ready_o    (context_ready),
+        .in_data_i     ('0),
+        .in_context_i  (sent_q),
+        .in_entry_i    ('0),
+        .camera_valid_i(camera_valid),
+        .camera_ready_o(camera_ready),
+        .camera_i      (camera),
+        .made_valid_o  (made_valid),
+        .made_ready_i  (made_ready),
+        .made_o        (made),
+        .enter_o       (enters),
+        .record_o      (record),
+        .place_i       (place_rows),
+        .course_i      (course_rows),
+        .context_o     (left_context),
+        .axis_valid_o  (axis_unused),
+        .axis_ready_i  (1'b0),
+        .axis_o        (axis_data_unused),
+        .launch_valid_o(launch_unused),
+        .launch_o      (launch_data_unused),
+        .entered_o     (entered_unused),
+        .entered_next_o(next_data_unused),
+        .next_valid_o  (next_unused),
+        .next_ready_i  (1'b0),
+        .out_valid_o   (leaves),
+        .out_ready_i   (ends_ready),
+        .out_event_o   (event_code),
+        .pause_o       (pause_unused),
+        .idle_o        (idle_unused)
+    );
+    `RT_ASSERT(ContextsInOrder, !leaves || left_context == left_q)
+    `RT_ASSERT(ContextsAsTheyAre, !leaves || event_code == rt_contract_pkg::status_t'(rt_contract_pkg::StatusBadRecord))
+    `RT_ASSERT(NothingElseLeaves, !axis_unused && !next_unused)
+  end else begin : gen_own
+    assign camera_ready = 1'b0;
+    assign made_valid   = 1'b0;
+    assign made         = '0;
+  end
   rt_arbiter #(
       .NumInputs(2),
       .data_t   (rt_core_pkg::tagged_ray_t)

@@ -62,6 +62,8 @@ module tb_streams #(
   rt_core_pkg::tagged_ray_t      ray;
   rt_core_pkg::tagged_hit_t      hit;
   rt_contract_pkg::triangle_index_t number_unused;
+  logic                             camera_unused, made_valid_unused;
+  rt_core_pkg::made_ray_t           made_unused;
   rt_config_pkg::counter_steps_t steps_unused;
   rt_contract_pkg::position_t [5:0] box_unused;
   logic                          rays_start, source_done, sink_done, ray_valid, ray_ready, hit_valid, hit_ready;
@@ -86,6 +88,12 @@ module tb_streams #(
       .hit_ready_i   (hit_ready),
       .hit_o         (hit),
       .hit_number_o  (number_unused),
+      .camera_valid_i(1'b0),
+      .camera_ready_o(camera_unused),
+      .camera_i      ('0),
+      .made_valid_o  (made_valid_unused),
+      .made_ready_i  (1'b0),
+      .made_o        (made_unused),
       .read_valid_o,
       .read_ready_i,
       .read_o        (read),
