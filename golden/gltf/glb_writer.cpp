@@ -22,7 +22,7 @@ constexpr int kArrayBuffer = 34962, kElementBuffer = 34963;
 std::uint8_t to_srgb(float x) {
   const float v = std::clamp(x, 0.0f, 1.0f);
   const float s = v <= 0.0031308f ? v * 12.92f : 1.055f * std::pow(v, 1.0f / 2.4f) - 0.055f;
-  return static_cast<std::uint8_t>(s * 255.0f + 0.5f);
+  return static_cast<std::uint8_t>(std::lround(s * 255.0f));
 }
 
 Bytes encode_png(const Texture& texture) {
@@ -33,7 +33,7 @@ Bytes encode_png(const Texture& texture) {
   raw.reserve(texture.texels.size() * static_cast<std::size_t>(channels));
   for (const glm::vec4& t : texture.texels) {
     raw.insert(raw.end(), {to_srgb(t.r), to_srgb(t.g), to_srgb(t.b)});
-    if (!opaque) raw.push_back(static_cast<std::uint8_t>(std::clamp(t.a, 0.0f, 1.0f) * 255.0f + 0.5f));
+    if (!opaque) raw.push_back(static_cast<std::uint8_t>(std::lround(std::clamp(t.a, 0.0f, 1.0f) * 255.0f)));
   }
   try {
     return picture_codec().encode_png(texture.width, texture.height, channels, raw.data(),

@@ -122,7 +122,7 @@ class OiioCodec final : public PictureCodec {
  public:
   std::string writer_of(const std::string& extension) const override {
     const auto writer = OIIO::ImageOutput::create("picture" + extension);
-    const std::string name = writer ? writer->format_name() : "";
+    std::string name = writer ? writer->format_name() : "";
     if (!name.empty() && name != "null" && name != "term") return name;  // those two write no file
     (void)OIIO::geterror();
     return "";

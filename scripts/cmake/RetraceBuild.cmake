@@ -77,17 +77,23 @@ find_path(RETRACE_AP_INCLUDE ap_int.h PATHS ${_ap_candidates} NO_DEFAULT_PATH)
 if(NOT RETRACE_AP_INCLUDE)
   message(FATAL_ERROR "ap_int.h not found in: ${_ap_candidates}. Run scripts/setup.sh, or name a folder with -DRETRACE_AP_TYPES=")
 endif()
-add_library(retrace_ap_types INTERFACE)
-# In C simulation the kernels' integers are those of testbench/csim/include/ap_int.h, which ap_int_values holds against the vendor's.
-if(NOT RETRACE_VENDOR_INTEGERS)
-  target_include_directories(retrace_ap_types SYSTEM INTERFACE ${CMAKE_SOURCE_DIR}/testbench/csim/include)
-endif()
-target_include_directories(retrace_ap_types SYSTEM INTERFACE ${RETRACE_AP_INCLUDE})
+# The vendor's integers, of any width.
+add_library(retrace_vendor_integers INTERFACE)
+target_include_directories(retrace_vendor_integers SYSTEM INTERFACE ${RETRACE_AP_INCLUDE})
 # The open ap_types alias their storage and read the bits they are about to replace.
-target_compile_options(retrace_ap_types INTERFACE -fno-strict-aliasing -Wno-uninitialized $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
+target_compile_options(retrace_vendor_integers INTERFACE -fno-strict-aliasing -Wno-uninitialized $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
 if(RETRACE_SANITIZE MATCHES "undefined")
   # The open ap_types shift negative values to the left, which C++20 defines and C++17, the kernels' language, does not.
-  target_compile_options(retrace_ap_types INTERFACE -fno-sanitize=shift-base)
+  target_compile_options(retrace_vendor_integers INTERFACE -fno-sanitize=shift-base)
+endif()
+# Those of the kernels in C simulation are testbench/csim/include/ap_int.h, which ap_int_values holds against the vendor's.
+add_library(retrace_ap_types INTERFACE)
+if(RETRACE_VENDOR_INTEGERS)
+  target_link_libraries(retrace_ap_types INTERFACE retrace_vendor_integers)
+else()
+  target_include_directories(retrace_ap_types SYSTEM INTERFACE ${CMAKE_SOURCE_DIR}/testbench/csim/include)
+  # Words of memory are read as the kernels' integers.
+  target_compile_options(retrace_ap_types INTERFACE -fno-strict-aliasing)
 endif()
 
 # retrace_optimise_little(<target>): for sources that compile longer than they run.
