@@ -57,7 +57,7 @@ class Clone:
         path.chmod(0o755)
 
     def start(self, *more):
-        return subprocess.Popen([sys.executable, "scripts/sweep", "stages", "--engine", "csim", "--size", "quick", "--seeds", "1", "--jobs", "2", *more], cwd=self.folder, start_new_session=True,
+        return subprocess.Popen([sys.executable, "scripts/sweep", "stages", "--engine", "csim", "--size", "quick", "--seed", "1", "--seeds", "1", "--jobs", "2", *more], cwd=self.folder, start_new_session=True,
                                 env={**os.environ, "RETRACE_SWEEPS": str(ENVIRONMENT)}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
     def run(self, *more):
