@@ -10,8 +10,11 @@ namespace {
 
 constexpr double kPositionUnit = 1.0 / (1 << contract::kPositionFrac);
 
+/// A product with it is exact, as std::ldexp is, and no call.
+constexpr double power_of_two(int exponent) { return static_cast<double>(std::int64_t{1} << exponent); }
+
 std::int32_t round_code(double value, int frac, std::int64_t low, std::int64_t high) {
-  const double code = std::floor(std::ldexp(value, frac) + 0.5);
+  const double code = std::floor(value * power_of_two(frac) + 0.5);
   return static_cast<std::int32_t>(std::clamp(code, static_cast<double>(low), static_cast<double>(high)));
 }
 
@@ -63,7 +66,7 @@ GridRay quantise(const WorldRay& ray, const GridTransform& transform, const std:
     result.record.direction[axis] = round_code(unit[axis], contract::kDirectionFrac, -kUnit, kUnit - 1);
   }
   constexpr double kLimit = static_cast<double>((std::int64_t{1} << contract::kTLimitBits) - 1);
-  const double room = std::floor(std::ldexp(ray.t_max * length - enter, contract::kTLimitFrac));
+  const double room = std::floor((ray.t_max * length - enter) * power_of_two(contract::kTLimitFrac));
   result.record.t_max = static_cast<std::uint32_t>(std::clamp(room, 0.0, kLimit));
   return result;
 }

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <ctime>
 #include <limits>
 #include <vector>
 
@@ -40,12 +41,21 @@ SceneHit scene_hit(const Surfaces& surfaces, const GridRay& ray, const Hit& hit)
           b.z};
 }
 
+/// Makes `value` the smaller of itself and `i`.
+void lower(std::atomic<std::size_t>& value, std::size_t i) {
+  std::size_t seen = value.load();
+  while (i < seen && !value.compare_exchange_weak(seen, i)) {
+  }
+}
+
 }  // namespace
 
 RowsResult trace_rows(const Surfaces& surfaces, Engine& engine, const RayRows& rows, std::span<SceneHit> hits,
                       std::span<RayWork> work, const RowsOptions& options) {
   if (hits.size() != rows.count || (!work.empty() && work.size() != rows.count))
     throw Error("trace: numbers of rays, hits and works differ");
+  const double start = now();
+  const std::clock_t cpu_start = std::clock();
   const GridScene& grid = surfaces.grid();
   const bool count = options.totals && engine.counts_work();
   RowsResult result;
@@ -60,7 +70,7 @@ RowsResult trace_rows(const Surfaces& surfaces, Engine& engine, const RayRows& r
   for (std::size_t begin = 0; begin < rows.count; begin += options.wave) {
     const std::size_t n = std::min(options.wave, rows.count - begin);
     rays.resize(n);
-    found.assign(n, Hit{});
+    found.resize(n);
     std::span<RayWork> of_wave;
     if (!work.empty()) {
       of_wave = work.subspan(begin, n);
@@ -71,12 +81,11 @@ RowsResult trace_rows(const Surfaces& surfaces, Engine& engine, const RayRows& r
     std::atomic<std::size_t> bad{n};  // the first row that is no ray
     parallel(n, [&](const auto& range) {
       for (std::size_t i = range.begin(); i < range.end() && i < bad.load(std::memory_order_relaxed); ++i) {
+        found[i] = Hit{};
         try {
           rays[i] = quantise(world_ray(rows, begin + i), grid.transform, grid.box, options.any);
         } catch (const Error&) {
-          std::size_t first = bad.load();
-          while (i < first && !bad.compare_exchange_weak(first, i)) {
-          }
+          lower(bad, i);
         }
       }
     });
@@ -89,29 +98,31 @@ RowsResult trace_rows(const Surfaces& surfaces, Engine& engine, const RayRows& r
       }
       throw Error(name + ": changed while it was read");
     }
-    const double start = now();
+    const double engine_start = now();
     engine.trace(rays, found, of_wave, options.trace);
-    result.trace_s += now() - start;
+    result.trace_s += now() - engine_start;
     if (count) {
       for (const RayWork& w : of_wave) result.totals.add(w);
     }
-    const auto failed = std::ranges::find_if(found, [](const Hit& hit) { return hit.status > contract::kStatusHit; });
-    if (failed != found.end())
-      throw Error("engine " + engine.name() + ": ray " +
-                  std::to_string(begin + static_cast<std::size_t>(failed - found.begin())) + " ended with status " +
-                  std::to_string(failed->status));
+    std::atomic<std::size_t> failed{n};  // the first ray that is neither hit nor miss
     std::atomic<std::size_t> hit_count{0};
     parallel(n, [&](const auto& range) {
       std::size_t here = 0;
       for (std::size_t i = range.begin(); i < range.end(); ++i) {
         here += found[i].hit() ? 1 : 0;
+        if (found[i].status > contract::kStatusHit) lower(failed, i);
         hits[begin + i] = found[i].hit() ? scene_hit(surfaces, rays[i], found[i]) : kMiss;
       }
       hit_count += here;
     });
+    if (const std::size_t i = failed.load(); i < n)
+      throw Error("engine " + engine.name() + ": ray " + std::to_string(begin + i) + " ended with status " +
+                  std::to_string(found[i].status));
     result.hits += hit_count.load();
     if (options.progress) options.progress(begin + n);
   }
+  result.seconds = now() - start;
+  result.cpu_seconds = static_cast<double>(std::clock() - cpu_start) / CLOCKS_PER_SEC;
   return result;
 }
 

@@ -43,7 +43,9 @@ struct RowsOptions {
 struct RowsResult {
   WorkTotals totals;  ///< of the work only `rays` without RowsOptions::totals
   std::size_t hits = 0;
-  double trace_s = 0;  ///< in the engine alone
+  double trace_s = 0;      ///< in the engine alone
+  double seconds = 0;      ///< from rows to hits
+  double cpu_seconds = 0;  ///< of processors, meanwhile, in all threads of the process
 };
 
 /// Traces all rows in waves. `hits` has one record a row; `work` is empty or has as many. Throws Error for the first row that is no ray, naming it, and

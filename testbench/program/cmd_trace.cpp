@@ -54,10 +54,10 @@ void run_trace(const TraceArguments& a, const Common& common) {
   output.write(format_hits(results));
   if (stats_file != nullptr) {
     nlohmann::ordered_json json = {
-        {"command", "trace"},       {"scene", scene_json(loaded)}, {"engine", engine->name()},
-        {"way_up", a.way_up},       {"mailbox", options.mailbox},  {"any", a.any},
-        {"rays", totals.rays},      {"hits", traced.hits},         {"work", nullptr},
-        {"trace_s", traced.trace_s}};
+        {"command", "trace"},        {"scene", scene_json(loaded)}, {"engine", engine->name()},
+        {"way_up", a.way_up},        {"mailbox", options.mailbox},  {"any", a.any},
+        {"rays", totals.rays},       {"hits", traced.hits},         {"work", nullptr},
+        {"trace_s", traced.trace_s}, {"rows_s", traced.seconds},    {"rows_cpu_s", traced.cpu_seconds}};
     if (engine->counts_work())
       json["work"] = {{"down", totals.down},
                       {"up", totals.up},
@@ -69,7 +69,7 @@ void run_trace(const TraceArguments& a, const Common& common) {
   files.commit();
   std::printf("%s: %s rays, %s hits, %s rays/s\n", a.output.c_str(), with_commas(rows.size()).c_str(),
               with_commas(traced.hits).c_str(),
-              with_unit(traced.trace_s > 0 ? static_cast<double>(rows.size()) / traced.trace_s : 0.0).c_str());
+              with_unit(traced.seconds > 0 ? static_cast<double>(rows.size()) / traced.seconds : 0.0).c_str());
 }
 
 }  // namespace
