@@ -67,6 +67,7 @@ def plotter():
 class Target:
     """options: .size, .engine, .build and .folder, .seed (the first), .seeds (how many, None: the size's), .scene (animation), .list."""
     summary = ""
+    folders = ()  # in the sweep's folder, for what jobs write beside their rows
 
     def programs(self, options):
         """Those of the build folder that the jobs run: rows are of these programs only."""
@@ -184,6 +185,7 @@ class Mutants(Target):
 
 class Seeds(Target):
     summary = "place and route: configurations x seeds of the placer; the best of each configuration is marked"
+    folders = ("reports", "routed")
     columns = [("configuration", "configuration", "%s"), ("seed", "seed", "%d"), ("mhz", "MHz", "%.1f"), ("luts", "LUTs", "%d"), ("brams", "block RAMs", "%d"), ("best", "", "%s")]
 
     def jobs(self, options):
@@ -310,6 +312,7 @@ class Explore(Target):
 class Cores(Target):
     """Cores themselves. A job that simulates gives clocks, one that synthesizes gives cells; the table joins them."""
     summary = "the core's configurations that the build has, on two scenes: clocks and bytes a ray in simulation, block RAMs and LUT sites after synthesis (not --size quick), with the front drawn"
+    folders = ("synthesis",)
     columns = [("scene", "scene", "%s"), ("configuration", "configuration", "%s"), ("lanes", "lanes", "%d"), ("contexts", "rays in flight", "%d"), ("block_rams", "block RAMs", "%d"),
                ("sites", "LUT sites", "%d"), ("clocks", "clocks a ray", "%.2f"), ("read", "bytes a ray read", "%.1f"), ("written", "written", "%.1f"), ("front", "", "%s")]
 
@@ -388,6 +391,7 @@ class Cores(Target):
 
 class Animation(Target):
     summary = "frames of one animated scene (--scene FILE; default: the generated carousel), a job a frame; pictures in the sweep's folder"
+    folders = ("pictures",)
     columns = [("frame", "frame", "%d"), ("time", "time s", "%.4f"), ("sha256", "SHA-256 of the picture", "`%s`")]
 
     def programs(self, options):

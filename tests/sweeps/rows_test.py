@@ -31,6 +31,18 @@ class Jobs(unittest.TestCase):
                         self.assertRegex(job["name"], r"^[\w.=-]+-seed%d$" % job["seed"])
                         self.assertTrue(all(isinstance(word, str) for word in job["command"]))
 
+    def test_folders_that_jobs_write_to_are_made(self):
+        seen = set()
+        for target in targets.TARGETS.values():
+            for size in targets.SIZES:
+                for job in target.jobs(options(size=size)):
+                    for word in job["command"]:
+                        if word.startswith("/nowhere/"):
+                            *folders, _ = pathlib.Path(word).relative_to("/nowhere").parts if word != "/nowhere/synthesis" else ("synthesis", "")
+                            self.assertIn(tuple(folders[:1]), {(), *((folder,) for folder in target.folders)}, word)
+                            seen.update(folders[:1])
+        self.assertEqual(seen, {"reports", "routed", "pictures", "synthesis"})
+
     def test_a_night_has_enough(self):
         self.assertGreaterEqual(sum(int(job["command"][job["command"].index("--vectors") + 1]) for job in targets.TARGETS["stages"].jobs(options(size="night"))), 10**9)
         explore = targets.TARGETS["explore"]
