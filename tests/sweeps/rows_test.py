@@ -70,7 +70,8 @@ class Values(unittest.TestCase):
         frames = targets.TARGETS["frames"]
         job = next(job for job in frames.jobs(options()) if "-shadow-" in job["name"])
         value = frames.values(job, "room 48x36: 120 rays, 3 differ from csim\n  20.75 clocks/ray, 1.0 node steps/clock, 9 simulated clocks/s\n")[0]
-        self.assertEqual((value["traced"], value["differ"], value["clocks"], value["rays"]), (120, 3, 20.75, "shadow"))
+        self.assertEqual((value["scene"], value["traced"], value["differ"], value["clocks"], value["rays"]), ("room", 120, 3, 20.75, "shadow"))
+        self.assertEqual([targets.scene_name(scene) for scene in (targets.ENGINE, "knot:along=60,around=8.5", "one")], ["2CylinderEngine", "knot", "one"])
         self.assertRaises(targets.Unexpected, frames.values, job, "room 48x36: 120 rays, 3 differ from csim\n")
         csim = frames.jobs(options(engine="csim"))[0]
         self.assertEqual(frames.values(csim, "1,200 rays, golden against csim: 1,200\nprimary rays, golden against csim: 1,000\n0 violations\n")[0]["traced"], 2200)
