@@ -434,7 +434,7 @@ class Night(Target):
     runs = {name: run for name, run in NIGHT["run"].items() if "command" in run}
 
     def programs(self, options):
-        return NIGHT["programs"]
+        return sorted({program for run in self.runs.values() for program in re.findall(r"\$RETRACE_BUILD/([\w./-]+)", run["command"])})
 
     def jobs(self, options):
         environment = {"RETRACE_BUILD": str(options.build), "RETRACE_OUT": str(options.folder), "RETRACE_SEED": str(options.seed)}
