@@ -178,7 +178,8 @@ def run(options):
         raise Failure("--slurm: there is no sbatch here (Debian: slurm-wlm)")
     identity, jobs = prepare(options)
     target = targets.TARGETS[options.target]
-    options.folder.mkdir(parents=True, exist_ok=True)
+    for folder in ("", *target.folders):
+        (options.folder / folder).mkdir(parents=True, exist_ok=True)
     with open(options.folder / "lock", "w", encoding="utf-8") as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -28,6 +28,11 @@ def job(name, command, seed, threads=1, mem_mb=2000, minutes=60, **environment):
             "mem_mb": mem_mb, "minutes": minutes, "environment": environment}
 
 
+def scene_name(scene):
+    """Of a file or of a generated scene, without its folder, suffix and parameters."""
+    return pathlib.Path(scene.partition(":")[0]).stem
+
+
 def search(pattern, text, what):
     found = re.search(pattern, text, re.MULTILINE)
     if not found:
@@ -67,6 +72,7 @@ def plotter():
 class Target:
     """options: .size, .engine, .build and .folder, .seed (the first), .seeds (how many, None: the size's), .scene (animation), .list."""
     summary = ""
+    folders = ()  # in the sweep's folder, for what jobs write beside their rows
 
     def programs(self, options):
         """Those of the build folder that the jobs run: rows are of these programs only."""
@@ -130,13 +136,13 @@ class Frames(Target):
         size = {"quick": "48x36", "default": "160x120", "night": "320x240"}[options.size]
         seed, program, jobs = options.seed, options.build / self.programs(options)[0], []
         if options.engine == "csim":
-            return [job("frames-csim-%s" % pathlib.Path(scene).stem, [program, "compare", scene, "--engines", "golden,csim", "--size", size, "--quiet"], seed) for scene in scenes]
+            return [job("frames-csim-%s" % scene_name(scene), [program, "compare", scene, "--engines", "golden,csim", "--size", size, "--quiet"], seed) for scene in scenes]
         configurations = [name for name, fields in CORE["configuration"].items() if "frames" in fields["verified"]]
         for scene in scenes:
             for rays in ("primary", "shadow"):
                 for configuration in configurations:
                     for up in ("face", "parent"):
-                        jobs.append(job("frames-%s-%s-%s-%s" % (pathlib.Path(scene).stem, rays, configuration, up),
+                        jobs.append(job("frames-%s-%s-%s-%s" % (scene_name(scene), rays, configuration, up),
                                         [program, scene, configuration, size, "--latency", "1-200", "--reorder", 1, "--stall", 20, "--up", up, "--shadow", int(rays == "shadow"), "--seed", seed],
                                         seed, minutes=600))
         return jobs
@@ -145,11 +151,11 @@ class Frames(Target):
         if job_["name"].startswith("frames-csim"):
             search(r"^0 violations$", output, "'0 violations'")
             rays = sum(int(text.replace(",", "")) for text in re.findall(r"rays, golden against csim: ([\d,]+)", output))
-            return [{"scene": job_["command"][2], "rays": "primary, shadow", "configuration": "csim", "up": "face", "traced": rays, "differ": 0, "clocks": None}]
+            return [{"scene": scene_name(job_["command"][2]), "rays": "primary, shadow", "configuration": "csim", "up": "face", "traced": rays, "differ": 0, "clocks": None}]
         found = search(r": (\d+) rays, (\d+) differ from csim", output, "comparison")
         clocks = search(r"^ *([0-9.]+) clocks/ray", output, "clocks a ray")
         command = job_["command"]
-        return [{"scene": pathlib.Path(command[1]).stem, "rays": "shadow" if command[command.index("--shadow") + 1] == "1" else "primary", "configuration": command[2],
+        return [{"scene": scene_name(command[1]), "rays": "shadow" if command[command.index("--shadow") + 1] == "1" else "primary", "configuration": command[2],
                  "up": command[command.index("--up") + 1], "traced": int(found[1]), "differ": int(found[2]), "clocks": float(clocks[1])}]
 
     def trend(self, records):
@@ -184,6 +190,7 @@ class Mutants(Target):
 
 class Seeds(Target):
     summary = "place and route: configurations x seeds of the placer; the best of each configuration is marked"
+    folders = ("reports", "routed")
     columns = [("configuration", "configuration", "%s"), ("seed", "seed", "%d"), ("mhz", "MHz", "%.1f"), ("luts", "LUTs", "%d"), ("brams", "block RAMs", "%d"), ("best", "", "%s")]
 
     def jobs(self, options):
@@ -239,7 +246,7 @@ class Explore(Target):
     def jobs(self, options):
         scenes = ["knot:along=60,around=8", "room:detail=0.05"] if options.size == "quick" else ["knot", "room"]
         size = {"quick": "24x16", "default": "96x72", "night": "192x144"}[options.size]
-        return [job("explore-%s-contexts%d" % (re.split(r"[:,]", scene)[0], contexts),
+        return [job("explore-%s-contexts%d" % (scene_name(scene), contexts),
                     [options.build / self.programs(options)[0], "lab", scene, "--only", "kd-sah/face-links", "--size", size, "--caches", ",".join(map(str, self.KB)),
                      "--contexts", contexts, "--threads", 1, "--json", "--quiet"], options.seed)
                 for scene in scenes for contexts in self.CONTEXTS]
@@ -310,6 +317,7 @@ class Explore(Target):
 class Cores(Target):
     """Cores themselves. A job that simulates gives clocks, one that synthesizes gives cells; the table joins them."""
     summary = "the core's configurations that the build has, on two scenes: clocks and bytes a ray in simulation, block RAMs and LUT sites after synthesis (not --size quick), with the front drawn"
+    folders = ("synthesis",)
     columns = [("scene", "scene", "%s"), ("configuration", "configuration", "%s"), ("lanes", "lanes", "%d"), ("contexts", "rays in flight", "%d"), ("block_rams", "block RAMs", "%d"),
                ("sites", "LUT sites", "%d"), ("clocks", "clocks a ray", "%.2f"), ("read", "bytes a ray read", "%.1f"), ("written", "written", "%.1f"), ("front", "", "%s")]
 
@@ -328,7 +336,7 @@ class Cores(Target):
         configurations = [name for name in CORE["configuration"] if name in built and self.fields(name)["levels"] == 1 and not self.fields(name)["pixels"]]
         scenes = ["knot:along=60,around=8", "room:detail=0.05"] if options.size == "quick" else ["knot", "room"]
         size = {"quick": "48x36", "default": "160x120", "night": "320x240"}[options.size]
-        jobs = [job("cores-%s-%s" % (configuration, re.split(r"[:,]", scene)[0]), [options.build / self.programs(options)[0], scene, configuration, size, "--seed", options.seed], options.seed,
+        jobs = [job("cores-%s-%s" % (configuration, scene_name(scene)), [options.build / self.programs(options)[0], scene, configuration, size, "--seed", options.seed], options.seed,
                     minutes=600) for scene in scenes for configuration in configurations]
         if options.size != "quick":
             jobs += [job("cores-%s-cells" % configuration, ["scripts/bitstream", "--config", configuration, "--synthesis", "--build", options.folder / "synthesis"], options.seed,
@@ -347,7 +355,7 @@ class Cores(Target):
         clocks = search(r"^ *([0-9.]+) clocks/ray", output, "clocks a ray")
         moved = search(r"^ *bytes/ray read ([0-9.]+) written ([0-9.]+)", output, "bytes a ray")
         fields = self.fields(command[2])
-        return [{"scene": re.split(r"[:,]", command[1])[0], "configuration": command[2], "lanes": fields["lanes"], "contexts": fields["lanes"] * fields["contexts_per_lane"],
+        return [{"scene": scene_name(command[1]), "configuration": command[2], "lanes": fields["lanes"], "contexts": fields["lanes"] * fields["contexts_per_lane"],
                  "clocks": float(clocks[1]), "read": float(moved[1]), "written": float(moved[2])}]
 
     def joined(self, records):
@@ -388,6 +396,7 @@ class Cores(Target):
 
 class Animation(Target):
     summary = "frames of one animated scene (--scene FILE; default: the generated carousel), a job a frame; pictures in the sweep's folder"
+    folders = ("pictures",)
     columns = [("frame", "frame", "%d"), ("time", "time s", "%.4f"), ("sha256", "SHA-256 of the picture", "`%s`")]
 
     def programs(self, options):
@@ -425,7 +434,7 @@ class Night(Target):
     runs = {name: run for name, run in NIGHT["run"].items() if "command" in run}
 
     def programs(self, options):
-        return NIGHT["programs"]
+        return sorted({program for run in self.runs.values() for program in re.findall(r"\$RETRACE_BUILD/([\w./-]+)", run["command"])})
 
     def jobs(self, options):
         environment = {"RETRACE_BUILD": str(options.build), "RETRACE_OUT": str(options.folder), "RETRACE_SEED": str(options.seed)}

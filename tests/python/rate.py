@@ -7,6 +7,7 @@ conversion of rays and hits.
 """
 import argparse
 import json
+import os
 import pathlib
 import statistics
 import subprocess
@@ -23,7 +24,7 @@ def main():
     parser.add_argument("--scene", default="room:detail=0.3")
     parser.add_argument("--rays", type=int, default=1_000_000)
     parser.add_argument("--pairs", type=int, default=6)
-    parser.add_argument("--threads", type=int, default=0)
+    parser.add_argument("--threads", type=int, default=os.cpu_count())
     parser.add_argument("--engine", action="append")
     arguments = parser.parse_args()
     random = np.random.default_rng(1)

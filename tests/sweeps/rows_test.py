@@ -31,6 +31,18 @@ class Jobs(unittest.TestCase):
                         self.assertRegex(job["name"], r"^[\w.=-]+-seed%d$" % job["seed"])
                         self.assertTrue(all(isinstance(word, str) for word in job["command"]))
 
+    def test_folders_that_jobs_write_to_are_made(self):
+        seen = set()
+        for target in targets.TARGETS.values():
+            for size in targets.SIZES:
+                for job in target.jobs(options(size=size)):
+                    for word in job["command"]:
+                        if word.startswith("/nowhere/"):
+                            *folders, _ = pathlib.Path(word).relative_to("/nowhere").parts if word != "/nowhere/synthesis" else ("synthesis", "")
+                            self.assertIn(tuple(folders[:1]), {(), *((folder,) for folder in target.folders)}, word)
+                            seen.update(folders[:1])
+        self.assertEqual(seen, {"reports", "routed", "pictures", "synthesis"})
+
     def test_a_night_has_enough(self):
         self.assertGreaterEqual(sum(int(job["command"][job["command"].index("--vectors") + 1]) for job in targets.TARGETS["stages"].jobs(options(size="night"))), 10**9)
         explore = targets.TARGETS["explore"]
@@ -58,7 +70,8 @@ class Values(unittest.TestCase):
         frames = targets.TARGETS["frames"]
         job = next(job for job in frames.jobs(options()) if "-shadow-" in job["name"])
         value = frames.values(job, "room 48x36: 120 rays, 3 differ from csim\n  20.75 clocks/ray, 1.0 node steps/clock, 9 simulated clocks/s\n")[0]
-        self.assertEqual((value["traced"], value["differ"], value["clocks"], value["rays"]), (120, 3, 20.75, "shadow"))
+        self.assertEqual((value["scene"], value["traced"], value["differ"], value["clocks"], value["rays"]), ("room", 120, 3, 20.75, "shadow"))
+        self.assertEqual([targets.scene_name(scene) for scene in (targets.ENGINE, "knot:along=60,around=8.5", "one")], ["2CylinderEngine", "knot", "one"])
         self.assertRaises(targets.Unexpected, frames.values, job, "room 48x36: 120 rays, 3 differ from csim\n")
         csim = frames.jobs(options(engine="csim"))[0]
         self.assertEqual(frames.values(csim, "1,200 rays, golden against csim: 1,200\nprimary rays, golden against csim: 1,000\n0 violations\n")[0]["traced"], 2200)
@@ -178,8 +191,9 @@ class Nights(unittest.TestCase):
             self.assertIn(run.get("sweep", "stages"), targets.TARGETS)
             step = subprocess.run(["bash", "-n", "-c", run.get("command", "")], stderr=subprocess.PIPE, text=True, check=False)
             self.assertEqual(step.stderr, "", name)
-            for program in re.findall(r'"\$RETRACE_BUILD/([^"]+)"', run.get("command", "")):
-                self.assertIn(program, targets.NIGHT["programs"], name)
+            self.assertNotIn("build/release", run.get("command", ""), name)
+        programs = targets.TARGETS["night"].programs(options())
+        self.assertTrue({"testbench/sim/core/rtl_bench", "tests/shader/float_test"} <= set(programs), programs)
         self.assertEqual({run["sweep"] for run in targets.NIGHT["run"].values() if "sweep" in run}, set(targets.TARGETS) - {"night"})
 
     def test_what_the_documentation_names_is_there(self):

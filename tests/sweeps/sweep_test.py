@@ -20,8 +20,7 @@ echo "$3 $1 vectors, seed $2, 0 differ"
 """
 
 
-NIGHT = """programs = []
-[run.one]
+NIGHT = """[run.one]
 what = "one"
 command = "echo one $RETRACE_SEED >>runs.txt"
 [run.two]
