@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cinttypes>
+#include <cstdio>
 #include <map>
 #include <stdexcept>
 
@@ -52,11 +53,19 @@ Vector slot_of(const Thread& thread, std::size_t slot) {
   return thread.fixed[slot - kStackRegisters + kRegisterI0];
 }
 
+std::string hex(const hls::vector_word_t& word) {
+  char text[40];
+  const hls::vector_word_t high = word >> 64;
+  std::snprintf(text, sizeof text, "%016" PRIx64 "%016" PRIx64, static_cast<std::uint64_t>(high.to_uint64()),
+                static_cast<std::uint64_t>(word.to_uint64()));
+  return text;
+}
+
 std::string difference(const Thread& expected, const hls::spu_thread& got) {
   for (std::size_t slot = 0; slot < hls::kSpuSlots; ++slot) {
     const hls::vector_word_t word = to_word(slot_of(expected, slot));
     if (word != got.slots[slot])
-      return "slot " + std::to_string(slot) + ": " + got.slots[slot].to_string(16) + " for " + word.to_string(16);
+      return "slot " + std::to_string(slot) + ": " + hex(got.slots[slot]) + " for " + hex(word);
   }
   if (expected.status != got.status.to_uint())
     return "status " + std::to_string(got.status.to_uint()) + " for " + std::to_string(expected.status);
