@@ -24,6 +24,7 @@ run instance_walks "env RETRACE_RAYS=3400000 build/release/tests/csim/two_level_
 run notebook "python3 -m venv build/notebook && build/notebook/bin/pip install --quiet '.[notebook]' && build/notebook/bin/python scripts/notebook.py"
 run sweeps "scripts/setup.sh --sweeps && python3 tests/sweeps/sweep_test.py"
 run slurm "scripts/setup.sh --slurm && python3 tests/sweeps/slurm_test.py"
+run ring_schedules "env RETRACE_RING_SCHEDULES=1000000 build/release/tests/csim/ring_test --gtest_filter=Ring.no_order*"
 run mutants "scripts/mutants.sh"
 
 if [ "${1:-}" = --list ]; then
