@@ -18,8 +18,8 @@ extern "C" void stream_generate(hls::stream<retrace::hls::ray_setup_in_word_t>& 
 #pragma HLS interface mode=m_axi port=frame offset=direct bundle=bus_frame
 #else
   RT_MEMORY(grid, gmem_grid, RETRACE_COSIM_IMAGE_WORDS)
-  RT_MEMORY(camera, gmem_grid, kCameraWords)
-  RT_MEMORY(frame, gmem_grid, kFrameWords)
+  RT_MEMORY(camera, gmem_camera, RETRACE_COSIM_CAMERA_WORDS)
+  RT_MEMORY(frame, gmem_frame, RETRACE_COSIM_FRAME_WORDS)
   RT_CONTROL(image_lines)
   RT_CONTROL(sample)
   RT_CONTROL(return)

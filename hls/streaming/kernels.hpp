@@ -13,6 +13,12 @@
 #include "grid_view.hpp"
 #include "light.hpp"
 
+/// Depths of the ports for co-simulation, in words; the image has RETRACE_COSIM_IMAGE_WORDS.
+#define RETRACE_COSIM_MATERIAL_WORDS 1024
+#define RETRACE_COSIM_CAMERA_WORDS 4
+#define RETRACE_COSIM_FRAME_WORDS 2
+#define RETRACE_COSIM_STREAM_SUMMARY_WORDS 5
+
 namespace retrace::hls {
 static const int kMostRays = 1 << 30;             // a static bound
 static const long long kStreamTurns = 1LL << 40;  // a static bound of the steps of all rays

@@ -27,7 +27,7 @@ extern "C" void stream_shade(hls::stream<retrace::hls::ray_setup_out_word_t>& ra
 #pragma HLS interface mode=m_axi port=materials offset=direct bundle=bus_materials
 #else
   RT_MEMORY(grid, gmem_grid, RETRACE_COSIM_IMAGE_WORDS)
-  RT_MEMORY(materials, gmem_materials, 1024)
+  RT_MEMORY(materials, gmem_materials, RETRACE_COSIM_MATERIAL_WORDS)
   RT_CONTROL(image_lines)
   RT_CONTROL(material_count)
   RT_CONTROL(light_x)

@@ -25,7 +25,7 @@ extern "C" void stream_trace(hls::stream<retrace::hls::ray_setup_out_word_t>& ra
   RT_MEMORY(voxels, gmem_voxels, RETRACE_COSIM_IMAGE_WORDS)
   RT_MEMORY(list, gmem_list, RETRACE_COSIM_IMAGE_WORDS)
   RT_MEMORY(triangles, gmem_triangles, RETRACE_COSIM_IMAGE_WORDS)
-  RT_MEMORY(summary, gmem_summary, kStreamSummaryWords)
+  RT_MEMORY(summary, gmem_summary, RETRACE_COSIM_STREAM_SUMMARY_WORDS)
   RT_CONTROL(image_lines)
   RT_CONTROL(first)
   RT_CONTROL(count)

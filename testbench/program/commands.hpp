@@ -25,6 +25,7 @@ void add_pack(CLI::App& app, Program& program);
 void add_info(CLI::App& app, Program& program);
 void add_make_scene(CLI::App& app, Program& program);
 void add_bench(CLI::App& app, Program& program);
+void add_machines(CLI::App& app, Program& program);
 
 /// The whole program: parses, runs, prints errors. Returns the exit code: 0, 1 for an error or a violation, 2 for wrong usage.
 int run(int argc, const char* const* argv);

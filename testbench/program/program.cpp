@@ -89,6 +89,7 @@ int run(int argc, const char* const* argv) {
   add_info(app, program);
   add_make_scene(app, program);
   add_bench(app, program);
+  add_machines(app, program);
   lab::register_lab(app);
 
   // Callbacks run inside parse(), after all options of the subcommand are known.

@@ -137,6 +137,14 @@ light_model::Lit light_by_kernel(std::span<const std::uint64_t> grid_words,
                one)[0];
 }
 
+std::vector<contract::MaterialRecord> materials_of(const ShadeTable& table) {
+  if (table.instances != 0) throw Error("the streaming machine shades no instances");
+  std::vector<contract::MaterialRecord> materials;
+  for (std::size_t i = 0; i < table.words.size(); i += contract::MaterialRecord::kWords)
+    materials.push_back(contract::MaterialRecord::unpack(&table.words[i]));
+  return materials;
+}
+
 std::vector<std::array<double, 3>> draw_stream_frame(std::span<const std::uint64_t> grid_words,
                                                      const contract::CameraRecord& camera,
                                                      const contract::FrameRecord& frame,

@@ -6,10 +6,14 @@
 #include <span>
 #include <vector>
 
+#include "golden/engine/shade_table.hpp"
 #include "testbench/streaming/light_model.hpp"
 #include "testbench/streaming/stream_engine.hpp"
 
 namespace retrace {
+
+/// The materials of a scene without instances.
+std::vector<contract::MaterialRecord> materials_of(const ShadeTable& table);
 
 struct StreamFrame {
   int samples = 4;  ///< a pixel

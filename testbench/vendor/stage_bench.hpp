@@ -7,6 +7,22 @@
 #include "../../hls/include/contract_types.hpp"
 #include "../../hls/include/stream.hpp"
 
+// Co-simulation in Bambu wants to know how much memory stands behind a pointer: argument number `place` of the top, from 0.
+#ifdef __BAMBU_SIM__
+#include <mdpi/mdpi_user.h>
+#define RETRACE_BENCH_MEMORY(place, memory) m_param_alloc(place, sizeof memory)
+#else
+#define RETRACE_BENCH_MEMORY(place, memory) (void)memory
+#endif
+
+// Several testbenches can be one translation unit, which then has a main() of its own.
+#ifdef RETRACE_BENCHES_TOGETHER
+#define RETRACE_BENCH_MAIN(run)
+#else
+#define RETRACE_BENCH_MAIN(run) \
+  int main() { return run(); }
+#endif
+
 namespace retrace_bench {
 
 template <typename Word>

@@ -1,6 +1,8 @@
 // Testbench of kd_descend_top for csim_design, cosim_design and any C++ compiler: returns 0 on success.
 #include "stage_bench.hpp"
 
+namespace bench_kd_descend {
+
 typedef retrace::hls::kd_descend_in_word_t in_word_t;
 typedef retrace::hls::kd_descend_out_word_t out_word_t;
 extern "C" void kd_descend_top(hls::stream<in_word_t>& in, hls::stream<out_word_t>& out);
@@ -9,8 +11,11 @@ static const unsigned long long kVectors[][5] = {
 #include "data/kd_descend.inc"
 };
 
-int main() {
+static int run() {
   return retrace_bench::run_stage<in_word_t, out_word_t, 4, 1>(
       "kd_descend", kVectors,
       [](hls::stream<in_word_t>& in, hls::stream<out_word_t>& out) { kd_descend_top(in, out); });
 }
+
+}  // namespace bench_kd_descend
+RETRACE_BENCH_MAIN(bench_kd_descend::run)

@@ -1,10 +1,11 @@
 // C simulation of the ring, retrace_ring, with any C++ compiler: the scene and hits of tb_trace, its tasks as coroutines in turn and in random
-// orders. Needs the testbench's stream (testbench/csim/include) before any other. Returns 0 on success.
+// orders, and then each task alone. Needs the testbench's stream (testbench/csim/include) before any other. Returns 0 on success.
 #include <cstddef>
 #include <cstdio>
 #include <vector>
 
 #include "../csim/ring_run.hpp"
+#include "ring_task_bench.hpp"
 
 using namespace retrace::hls;
 
@@ -65,5 +66,7 @@ int main() {
   int wrong = run("face links, tasks in turn", 0, 0, 128);
   wrong += run("parent links, mailbox, random order", RETRACE_OPTION_PARENT_LINKS | RETRACE_OPTION_MAILBOX, 1, 7);
   wrong += run("face links, work, random order", RETRACE_OPTION_WORK, 2, 40);
+#define RETRACE_ALONE(name, function, arguments) wrong += retrace_bench::ring::run_task(#name);
+  RETRACE_RING_TASKS(RETRACE_ALONE)
   return wrong == 0 ? 0 : 1;
 }

@@ -1,11 +1,14 @@
 // The ring of tasks: the same hits, work and totals as the barrel bit for bit, whatever the image and the order of the tasks; and no deadlock at
 // the least depths of its streams, but one below them.
 #include <gtest/gtest.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstdio>
 #include <cstdlib>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -197,26 +200,40 @@ TEST(Ring, no_order_of_the_tasks_changes_a_bit_or_deadlocks_at_the_least_depths)
     expected[i] = runs[i]({}, options);
     ASSERT_EQ(RingRun::of_thread().report.tasks.text, "");
   }
-  std::uint64_t switches = 0;
-  for (std::uint64_t schedule = 1; schedule <= schedules; ++schedule) {
+  std::atomic<std::uint64_t> switches = 0;
+  std::atomic<bool> failed = false;
+  std::mutex mutex;
+  std::string first;  // what was wrong, of the first schedule that showed it
+  tbb::parallel_for(std::uint64_t{1}, schedules + 1, [&](std::uint64_t schedule) {
+    if (failed) return;
     const std::size_t i = schedule % runs.size();
     const std::uint32_t contexts = schedule % 16 == 0 ? 21 : 1 + schedule % 5;
     const auto found = runs[i](least(contexts, seed + schedule), options);
     const RingReport& report = RingRun::of_thread().report;
-    ASSERT_EQ(report.tasks.text, "") << "seed " << seed + schedule << " contexts " << contexts;
-    ASSERT_EQ(found, expected[i]) << "seed " << seed + schedule << " contexts " << contexts;
+    std::string wrong = report.tasks.text;
+    if (found != expected[i]) wrong += "other hits or work\n";
     // Tokens: as many words on every stream between launch and result; all but the end come back, and nothing stays.
+    const std::size_t launched = report.words.at("launched");
+    const auto expect_words = [&](const char* name, std::size_t words) {
+      if (report.words.at(name) != words) wrong += std::string(name) + " has another number of words\n";
+    };
     for (const char* name : {"nodes", "stepped", "nodes_2", "stepped_2", "leaf_lines", "in_leaf", "references",
                              "wanted", "triangle_lines", "candidates"})
-      ASSERT_EQ(report.words.at(name), report.words.at("launched")) << name << " seed " << seed + schedule;
-    ASSERT_EQ(report.words.at("ready") + 1, report.words.at("launched"));
+      expect_words(name, launched);
+    expect_words("ready", launched - 1);
     for (const char* name :
-         {"ray_words", "setups", "step_rays", "step_rays_2", "exit_rays", "test_rays", "result_rays", "finished_hits"})
-      ASSERT_EQ(report.words.at(name), runs[i].count + (std::string(name) == "finished_hits")) << name;
+         {"ray_words", "setups", "step_rays", "step_rays_2", "exit_rays", "test_rays", "result_rays"})
+      expect_words(name, runs[i].count);
+    expect_words("finished_hits", runs[i].count + 1);
     switches += report.tasks.switches;
-  }
+    if (wrong.empty()) return;
+    const std::scoped_lock lock(mutex);
+    if (failed.exchange(true)) return;
+    first = "seed " + std::to_string(seed + schedule) + ", " + std::to_string(contexts) + " tokens: " + wrong;
+  });
+  EXPECT_FALSE(failed) << first;
   std::printf("%llu schedules, %llu switches of tasks, seed %llu\n", static_cast<unsigned long long>(schedules),
-              static_cast<unsigned long long>(switches), static_cast<unsigned long long>(seed));
+              static_cast<unsigned long long>(switches.load()), static_cast<unsigned long long>(seed));
 }
 
 TEST(Ring, one_word_less_than_the_least_depth_deadlocks_and_the_streams_are_named) {

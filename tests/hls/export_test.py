@@ -7,8 +7,8 @@ GROUP   package   same bytes every time, checksums, contents, refusals, nothing 
         scripts   hls_config*.cfg and the Tcl scripts, with stand-ins for the vendor's commands; register map
         subset    scripts/hls_subset.py over the exported sources
         vectors   the committed data are what vendor_vectors writes
-csim and compile repeat what one compiler, standard and integer library has shown with the others only where it can differ: the kernel and the ring, which
-hold every stage, instead of every bench; all sources together instead of each alone. With --thorough (scripts/nightly) every bench and source again.
+csim runs every bench, several of them as one program; compile repeats what one compiler, standard and integer library has shown with the others only where it
+can differ: all sources together instead of each alone. With --thorough (scripts/nightly) every bench in a program of its own, and every source again.
 """
 import argparse
 import glob
@@ -29,8 +29,9 @@ STAGES = ["ray_setup", "kd_descend", "leaf_exit", "kd_backtrack", "tri_test", "h
 TASKS = ["ray_reader", "ray_setup", "launch", "node_fetch", "step", "leaf_fetch", "leaf_exit", "list_fetch", "mailbox", "triangle_fetch", "tri_test", "result", "hit_finish",
          "hit_writer", "work_writer", "summary_writer"]
 RING = ["hls/ring/%s.cpp" % task for task in TASKS + ["ring", "region"]]
+STREAMING = ["generate", "setup", "traverse", "intersect", "finish", "shade", "trace"]
 STAGE_SOURCES = ["hls/stages/%s.cpp" % stage for stage in STAGES]
-SOURCES = STAGE_SOURCES + ["hls/top/pixels.cpp", "hls/top/trace.cpp"]
+SOURCES = STAGE_SOURCES + ["hls/top/pixels.cpp", "hls/top/trace.cpp"] + ["hls/streaming/%s.cpp" % kernel for kernel in STREAMING]
 failures = []
 
 
@@ -102,7 +103,7 @@ def package(work, _):
     listed = sorted(line[66:] for line in read(os.path.join(where, "SHA256SUMS")).splitlines())
     check(listed == sorted(set(files) - {"SHA256SUMS"}), "every file has a checksum")
     listing = read(os.path.join(where, "README.md"))
-    wanted = SOURCES + RING + ["testbench/vendor/tb_%s.cpp" % top for top in STAGES + ["trace"]] + ["hls_config.cfg", "vitis_hls.tcl", "host/retrace_kernel.h", "LICENSE"]
+    wanted = SOURCES + RING + ["testbench/vendor/tb_%s.cpp" % top for top in STAGES + ["trace"] + ["stream_" + kernel for kernel in STREAMING]] + ["hls_config.cfg", "vitis_hls.tcl", "host/retrace_kernel.h", "LICENSE"]
     check(set(wanted) <= set(files), "kernels, testbenches, configurations, register map", str(set(wanted) - set(files)))
     simulation = [name for name in files if re.match(r"(ap_|hls_|ac_).*\.h$", os.path.basename(name))]
     check(simulation == ["testbench/csim/include/hls_stream.h", "testbench/csim/include/hls_tasks.h"], "no ap_types; the only stream headers are the testbench's", str(simulation))
@@ -162,19 +163,22 @@ def package(work, _):
 
 
 # ------------------------------------------------------------------------------------------------ csim
-def check_csim(where, make, every, what):
-    """Every bench; or those of the kernel and the ring, which hold every stage, and of one stage's streaming top."""
-    targets = ["csim"] if every else ["csim-tri_test", "csim-trace", "csim-ring"]
-    result = run(make + ["-j2"] + targets, where)
-    stages = len(STAGES) if every else 1
-    good = result.returncode == 0 and result.stdout.count("128 vectors, 0 differ") == stages and "WRONG" not in result.stdout and result.stdout.count(" ok\n") == 12
-    check(good, "%s: %s" % (what, " ".join(targets)), text_of(result))
+def check_csim(where, make, each, what):
+    """Every bench, in three programs; with `each` also every top in a program of its own."""
+    streams = ["ring_" + task for task in TASKS]
+    for target, ring, stages, streaming, tasks in (("csim", 3, len(STAGES), len(STREAMING), len(TASKS) + 2), ("csim-each", 0, len(STAGES), len(STREAMING), len(TASKS)))[:2 if each else 1]:
+        result = run(make + ["-j2", target], where)
+        text = result.stdout
+        good = result.returncode == 0 and "WRONG" not in text and text.count("128 vectors, 0 differ") == stages and text.count(" 0 words differ") == streaming
+        # Names in a run of all tasks: node_fetch and step stand in the ring twice.
+        good = good and text.count(" words, 0 differ") == tasks and all(name in text for name in streams) and text.count(" ok\n") == 9 + ring
+        check(good, "%s: make %s" % (what, target), text_of(result))
 
 
 def csim(work, arguments):
     where = unpacked(work)
     make = ["make", "-s", "AP_TYPES=" + arguments.ap_types, "CXXFLAGS=-O0 -fno-strict-aliasing"]
-    check_csim(where, make + ["CXX=g++"], True, "csim with g++")
+    check_csim(where, make + ["CXX=g++"], arguments.thorough, "csim with g++")
     check_csim(where, make + ["CXX=clang++"], arguments.thorough, "csim with clang++")
     result = run(["make", "csim"], where, AP_TYPES="/nowhere")
     check(result.returncode != 0 and "ap_int.h" in result.stderr and "/nowhere" in result.stderr, "a missing ap_types folder is named", text_of(result))
@@ -183,6 +187,23 @@ def csim(work, arguments):
     result = run(["sh", "-c", line.replace("FOLDER", arguments.ap_types)], where)
     check(result.returncode == 0 and "tri_test     128 vectors, 0 differ" in result.stdout, "the README's plain line", text_of(result))
     os.remove(os.path.join(where, "a.out"))
+
+    # The host example, with a stand-in for XRT.
+    stand_in = ["g++", "-std=c++17", "-O0", "-fno-strict-aliasing", "-I", os.path.join(ROOT, "tests/hls/xrt"), "-I", where, "-I", arguments.ap_types, "hls/top/trace.cpp", "-o", "xrt"]
+    result = run(stand_in + ["host/retrace_xrt.cpp"], where)
+    check(result.returncode == 0, "the host example compiles with a stand-in for XRT", text_of(result))
+    result = run(["./xrt", "Makefile"], where)
+    check(result.returncode == 0 and "96 rays, 0 hits differ" in result.stdout, "and gets the hits", text_of(result))
+    for words, complaint in ((["nowhere.xclbin"], "nowhere.xclbin"), (["Makefile", "7"], "device"), ([], "usage")):
+        result = run(["./xrt"] + words, where)
+        check(result.returncode != 0 and complaint in result.stderr, "it says what is wrong: %s" % words, text_of(result))
+    forgetful = read(os.path.join(where, "host/retrace_xrt.cpp")).replace("memory.sync(XCL_BO_SYNC_BO_TO_DEVICE);", "")
+    write(os.path.join(where, "host/forgetful.cpp"), forgetful)
+    result = run(stand_in + ["host/forgetful.cpp"], where)
+    result = run(["./xrt", "Makefile"], where)
+    check(result.returncode != 0, "the stand-in notices a transfer that is left out", text_of(result))
+    for name in ("xrt", "host/forgetful.cpp"):
+        os.remove(os.path.join(where, name))
 
     def spoilt(what, path, old, new, target, complaint):
         text = read(os.path.join(where, path))
@@ -197,6 +218,9 @@ def csim(work, arguments):
            "kd_backtrack: vector 0 differs")
     spoilt("a bit of a hit", "testbench/vendor/data/hits.inc", r"(0x[0-9a-f]{15})([0-9a-f]),\n", lambda m: m.group(1) + "%x" % (int(m.group(2), 16) ^ 8) + ",\n", "csim-trace", "ray 0 differs")
     spoilt("<= for <", "hls/stages/kd_descend.hpp", r"in\.t < plane", "in.t <= plane", "csim-kd_descend", "kd_descend: vector")
+    spoilt("a bit of a token", "testbench/vendor/data/ring_stepped.inc", r"\{(0x[0-9a-f]{15})([0-9a-f]),", lambda m: "{" + m.group(1) + "%x" % (int(m.group(2), 16) ^ 1) + ",", "csim-ring_step",
+           "ring_step: a word of stepped differs")
+    spoilt("< for <=", "hls/streaming/steps.hpp", r"state\.t <= nearest", "state.t < nearest - 1", "csim-stream_traverse", "stream_traverse: record")
     result = run(["make", "check"], where)
     check(result.returncode == 0, "checksums still verify with the build folder there", text_of(result))
 
@@ -241,14 +265,15 @@ def compile_(work, arguments):
     # The interfaces of the stages stand in the source as they are, also for Bambu.
     literal = [re.findall(r"^#pragma HLS (.*)$", read(os.path.join(where, source)), re.M) for source in STAGE_SOURCES]
     check(all(lines == ["interface mode=axis port=in", "interface mode=axis port=out"] for lines in literal), "the stages' interfaces are literal directives", str(literal))
-    for task in TASKS:
-        text = read(os.path.join(where, "hls/ring/%s.cpp" % task))
-        arguments_of = re.search(r'extern "C" void ring_%s\((.*?)\) \{' % task, text, re.S).group(1)
-        streams, pointers = re.findall(r"hls::stream<[\w:]+>& (\w+)", arguments_of), re.findall(r"\* (\w+)", arguments_of)
-        seen = re.findall(r"^#pragma HLS (.*)$", run(["clang++", "-std=c++17", "-E", "-P", "-I", vendor, "-D__BAMBU__", os.path.join(where, "hls/ring/%s.cpp" % task)], elsewhere).stdout, re.M)
+    # Tasks of the ring have one master at most, kernels of the streaming machine one for each kind of read.
+    tops = [("hls/ring/%s.cpp" % task, "ring_" + task, 1) for task in TASKS] + [("hls/streaming/%s.cpp" % kernel, "stream_" + kernel, 5) for kernel in STREAMING]
+    for path, top, most in tops:
+        arguments_of = re.search(r'extern "C" void %s\((.*?)\) \{' % top, read(os.path.join(where, path)), re.S).group(1)
+        streams, pointers = re.findall(r"hls::stream<[\w:]+>& (\w+)", arguments_of), re.findall(r"\* ?(\w+)", arguments_of)
+        seen = re.findall(r"^#pragma HLS (.*)$", run(["clang++", "-std=c++17", "-E", "-P", "-I", vendor, "-D__BAMBU__", os.path.join(where, path)], elsewhere).stdout, re.M)
         expected = ["interface mode=axis port=" + name for name in streams] + ["interface mode=m_axi port=%s offset=direct bundle=bus_%s" % (name, name) for name in pointers]
-        if seen != expected or len(pointers) > 1:
-            check(False, "ring_%s: Bambu sees its ports, one master at most" % task, "%s\n%s" % (seen, expected))
+        if seen != expected or len(pointers) > most:
+            check(False, "%s: Bambu sees its ports" % top, "%s\n%s" % (seen, expected))
     masters = "pairs leaves list triangles rays hits work summary".split()
     bambu, synthesis = directives("-D__BAMBU__"), directives("-D__SYNTHESIS__")
     check(bambu == ["interface mode=m_axi port=%s offset=direct bundle=bus_%s" % (port, port) for port in masters], "Bambu sees the masters, offset=direct, and nothing else", str(bambu))
@@ -338,7 +363,8 @@ def scripts(work, _):
         lines = "".join(run(["make", "-n", "vitis-%s-%s" % (step, top)], where).stdout for step in ("csim", "csynth", "cosim", "package"))
         used = re.findall(r"--config (\S+)", lines)
         check(len(used) == 6 and all(os.path.join(where, name) in configs for name in used), "make vitis-STEP-%s" % top, lines)
-    for top in STAGES + ["trace"]:
+    kernels = ["stream_" + kernel for kernel in STREAMING]
+    for top in STAGES + ["trace"] + kernels:
         line = run(["make", "-s", "bambu-" + top, "BAMBU=echo"], where).stdout
         paths = re.findall(r"(?:^|=)(\S+\.cpp)", line)
         function = (re.findall(r"--top-fname=(\w+)", line) or ["?"])[0]
@@ -347,9 +373,11 @@ def scripts(work, _):
         check(bool(good), "make bambu-%s" % top, line)
 
     every = run(["make", "-s", "bambu", "BAMBU=echo"], where).stdout
-    check(re.findall(r"--top-fname=(\w+)", every) == [stage + "_top" for stage in STAGES] + ["retrace_trace"], "make bambu: every top", every)
+    check(re.findall(r"--top-fname=(\w+)", every) == [stage + "_top" for stage in STAGES] + ["retrace_trace"] + kernels, "make bambu: every top", every)
     every = run(["make", "-s", "bambu-ring", "BAMBU=echo"], where).stdout
     check(re.findall(r"(\S+\.cpp) --top-fname=(\w+)", every) == [("../../hls/ring/%s.cpp" % task, "ring_" + task) for task in TASKS], "make bambu-ring: every task", every)
+    benches = [os.path.join(where, "build/bambu_ring_" + task, "tb.cpp") for task in TASKS]
+    check(all("RETRACE_RING_TASK %s\n" % task in read(path) for task, path in zip(TASKS, benches)) and every.count("--generate-tb=tb.cpp") == len(TASKS), "with a bench each", every)
 
     host = {name.lower(): int(value, 16) for name, value in re.findall(r"^#define RETRACE_KERNEL_(\w+) (0x[0-9a-f]+)", read(os.path.join(where, "host/retrace_kernel.h")), re.M)}
     rule = registers(where)

@@ -91,7 +91,7 @@ bool is_png(const std::string& bytes) {
 }
 
 TEST_F(Program, HelpTeaches) {
-  for (const char* command : {"render", "compare", "trace", "pack", "info", "make-scene", "bench"}) {
+  for (const char* command : {"render", "compare", "trace", "pack", "info", "make-scene", "bench", "machines"}) {
     const Outcome help = run({command, "--help"});
     EXPECT_EQ(help.exit_code, 0) << command;
     EXPECT_NE(help.out.find("Examples:\n  "), std::string::npos) << command;
@@ -143,6 +143,11 @@ TEST_F(Program, WrongUsageIsOneLineAndTwo) {
       {"render", "box", "-o", "a.png", "--engine", "rtl", "--aov", "steps"},
       {"compare", "box", "--engines", "csim,rtl:huge"},
       {"bench", "box", "--engine", "rtl", "--memory", "bytes=-1"},
+      {"machines", "box", "--machines", "golden"},
+      {"machines", "box", "--machines", ""},
+      {"machines", "box", "--size", "0x4"},
+      {"machines", "box", "--json", "a.json", "--page", "./a.json"},
+      {"machines", "box", "--memory", "latency=60"},
       {"compare", "box", "--engines", "golden"},
       {"compare", "box", "--engines", "golden,csim,golden"},
       {"compare", "box", "--engines", "golden,,csim"},
@@ -477,6 +482,42 @@ std::string instanced_gltf() {
 "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [4, 2, 0]},
               {"bufferView": 1, "componentType": 5123, "count": 3, "type": "SCALAR"},
               {"bufferView": 2, "componentType": 5123, "count": 6, "type": "SCALAR"}]})";
+}
+
+/// The machines see the same rays, so they find as many hits, and each says what its clocks went into.
+TEST_F(Program, MachinesOnTheSameRays) {
+  const Outcome outcome = run({"machines", "knot:along=60,around=8", "box", "--size", "24x18", "--machines",
+                               "stream,stream:branching,packets", "--json", "m.json", "--page", "m.md", "--quiet"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const nlohmann::json result = json("m.json");
+  const std::string page = text_of(work("m.md"));
+  ASSERT_EQ(result["scenes"].size(), 2u);
+  for (const nlohmann::json& scene : result["scenes"]) {
+    const nlohmann::json& rows = scene["machines"];
+    ASSERT_EQ(rows.size(), 3u);
+    for (const nlohmann::json& row : rows) {
+      EXPECT_EQ(row["rays"], rows[0]["rays"]);
+      // Rays at edges may differ between the grid and the kd-tree.
+      EXPECT_NEAR(row["hits"].get<double>(), rows[0]["hits"].get<double>(), 1) << row;
+      EXPECT_GT(row["hits"], 0);
+      for (const char* key : {"clocks_per_ray", "bytes_per_ray", "steps_per_ray", "tests_per_ray"})
+        EXPECT_GT(row[key], 0) << row;
+      double busiest = 0;
+      for (const auto& [unit, share] : row["busy"].items()) {
+        EXPECT_LE(share, 1) << row;
+        busiest = std::max(busiest, share.get<double>());
+      }
+      EXPECT_GT(busiest, 0.05) << row;
+      EXPECT_NE(page.find("| " + scene["name"].get<std::string>() + " | " + row["machine"].get<std::string>() + " |"),
+                std::string::npos);
+    }
+    // Multi-pass and branching do the same work; what differs is that states travel.
+    EXPECT_EQ(rows[0]["tests_per_ray"], rows[1]["tests_per_ray"]);
+    EXPECT_EQ(rows[0]["steps_per_ray"], rows[1]["steps_per_ray"]);
+    EXPECT_GT(rows[0]["bytes_per_ray"], rows[1]["bytes_per_ray"]);
+  }
+  EXPECT_EQ(run({"machines", "box", "nonsense", "--json", "n.json", "--quiet"}).exit_code, 1);
+  EXPECT_EQ(files(), (std::vector<std::string>{"m.json", "m.md"}));
 }
 
 TEST_F(Program, TraceReportsIndicesAndBarycentricsOfTheFile) {

@@ -6,6 +6,7 @@
 #include <ucontext.h>
 
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <memory>
 #include <string>
@@ -35,7 +36,7 @@ class task_scheduler final : public stream_waiter {
   }
   /// A stream and the tasks that own its ends.
   void connect(const stream_base& stream, const char* writer, const char* reader) {
-    ends_.push_back({&stream, writer, reader});
+    ends_.push_back({&stream, writer, reader, nullptr, nullptr});
   }
 
   /// Called after each word that was written, with its stream.
@@ -44,6 +45,11 @@ class task_scheduler final : public stream_waiter {
   report run() {
     stream_waiter* const before = current();
     current() = this;
+    for (end& e : ends_)
+      for (auto& t : tasks_) {
+        if (std::strcmp(t->name, e.writer) == 0) e.writes = t.get();
+        if (std::strcmp(t->name, e.reader) == 0) e.reads = t.get();
+      }
     for (auto& t : tasks_) start(*t);
     std::size_t turn = 0;
     while (true) {
@@ -68,6 +74,7 @@ class task_scheduler final : public stream_waiter {
       swapcontext(&main_, &running_->context);
     }
     current() = before;
+    for (auto& t : tasks_) spare_stacks().push_back(std::move(t->stack));
     if (!report_.deadlock)
       for (const end& e : ends_)
         if (!e.stream->empty())
@@ -102,6 +109,7 @@ class task_scheduler final : public stream_waiter {
   struct end {
     const stream_base* stream;
     const char *writer, *reader;
+    const task *writes, *reads;  // the tasks of these names, nullptr if there are none
   };
 
   std::uint32_t draw() {  // xorshift64*
@@ -112,7 +120,10 @@ class task_scheduler final : public stream_waiter {
   }
 
   void start(task& t) {
-    t.stack.reset(new char[kStack]);
+    std::vector<std::unique_ptr<char[]>>& spare = spare_stacks();
+    if (spare.empty()) spare.emplace_back(new char[kStack]);
+    t.stack = std::move(spare.back());
+    spare.pop_back();
     getcontext(&t.context);
     t.context.uc_stack.ss_sp = t.stack.get();
     t.context.uc_stack.ss_size = kStack;
@@ -127,6 +138,12 @@ class task_scheduler final : public stream_waiter {
     self->running_->done = true;
   }
 
+  // Stacks of earlier runs of this thread: a run is short beside what a fresh one costs.
+  static std::vector<std::unique_ptr<char[]>>& spare_stacks() {
+    static thread_local std::vector<std::unique_ptr<char[]>> stacks;
+    return stacks;
+  }
+
   const end* ends_of(const stream_base& stream) const {
     for (const end& e : ends_)
       if (e.stream == &stream) return &e;
@@ -139,10 +156,9 @@ class task_scheduler final : public stream_waiter {
   }
   void own(const stream_base& stream, bool reading) {
     const end* const e = ends_of(stream);
-    const std::string owner = e ? (reading ? e->reader : e->writer) : "nobody";
-    if (owner != running_->name)
-      fault(std::string(stream.name()) + ": " + (reading ? "read" : "written") + " by " + running_->name +
-            ", owned by " + owner);
+    if (e && (reading ? e->reads : e->writes) == running_) return;
+    fault(std::string(stream.name()) + ": " + (reading ? "read" : "written") + " by " + running_->name + ", owned by " +
+          (e ? reading ? e->reader : e->writer : "nobody"));
   }
 
   // From any task that waits to the one that could help it, until a task comes again: that is the cycle.
