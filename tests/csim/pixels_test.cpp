@@ -388,7 +388,9 @@ TEST(GoldenPixels, DrawsTheKernelsPictures) {
           const bool same = exact[2 * i + 1] == rounded[2 * i + 1];
           others += !same;
           EXPECT_LE(std::abs(static_cast<double>(exact[2 * i]) - rounded[2 * i]), kDepths) << "pixel " << i;
-          if (same) EXPECT_EQ(expected[i], drawn[i]) << "pixel " << i;
+          if (same) {
+            EXPECT_EQ(expected[i], drawn[i]) << "pixel " << i;
+          }
         }
         EXPECT_LE(others, drawn.size() / 256);
       }
