@@ -19,7 +19,7 @@ run instances "env RETRACE_RAYS=1000000 build/release/tests/csim/instances_test"
 run golden_edges "for mesh in box sphere random sliver; do rays=3200000; [ \$mesh != sliver ] || rays=400000
   build/release/testbench/csim/tb_watertight closed:\$mesh ${RETRACE_SEED:-1} \$rays golden || exit 1; done"
 run float "env RETRACE_VECTORS=100000000 RETRACE_ALL_SIGNIFICANDS=1 build/release/tests/shader/float_test && env RETRACE_VECTORS=10000000 build/release/tests/rtl/rtl_float_test"
-run spu_programs "env RETRACE_PROGRAMS=1000000 build/release/tests/shader/spu_kernel_test --gtest_filter=*after_every*"
+run spu_programs "env RETRACE_PROGRAMS=1000000 build/release/tests/shader/spu_kernel_test --gtest_filter=*after_every* && env RETRACE_PROGRAMS=10000 build/release/tests/rtl/rtl_spu_test"
 run hls_export "python3 tests/hls/export_test.py compile --thorough && python3 tests/hls/export_test.py csim --thorough"
 run instance_walks "env RETRACE_RAYS=3400000 build/release/tests/csim/two_level_test --gtest_filter=*no_ray*"
 run notebook "python3 -m venv build/notebook && build/notebook/bin/pip install --quiet '.[notebook]' && build/notebook/bin/python scripts/notebook.py"

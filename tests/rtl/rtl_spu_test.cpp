@@ -70,25 +70,27 @@ class Bench {
     for (std::size_t i = 0; i < count; ++i) memories.push_back(make_random_memory(random_));
     std::map<std::size_t, Thread> done;
     const auto offered = [&](bool was) { return was || random_.below(16) >= traffic.hold; };  // what is offered stays
-    bool launch = false, reply = false, answer = false;
+    bool launch = false;
+    std::optional<Reply> reply;
+    std::optional<Answer> answer;
     std::uint64_t idle = 0;
     while (ended < count) {
       // Inputs.
       launch = launched < count && launched - ended < at_once && offered(launch);
       model_->launch_valid_i = launch;
       if (launch) put(model_->launch_parameters_i, all[launched]);
-      reply = !replies_.empty() && replies_.front().at <= model_.clock() && offered(reply);
-      model_->reply_valid_i = reply;
+      if (!reply && offered(false)) reply = take(replies_);
+      model_->reply_valid_i = reply.has_value();
       if (reply) {
-        model_->reply_thread_i = replies_.front().thread;
-        model_->reply_tag_i = replies_.front().tag;
-        put(model_->reply_data_i, replies_.front().data);
+        model_->reply_thread_i = reply->thread;
+        model_->reply_tag_i = reply->tag;
+        put(model_->reply_data_i, reply->data);
       }
-      answer = !answers_.empty() && answers_.front().at <= model_.clock() && offered(answer);
-      model_->answer_valid_i = answer;
+      if (!answer && offered(false)) answer = take(answers_);
+      model_->answer_valid_i = answer.has_value();
       if (answer) {
-        const RayAnswer& a = answers_.front().answer;
-        model_->answer_thread_i = answers_.front().thread;
+        const RayAnswer& a = answer->answer;
+        model_->answer_thread_i = answer->thread;
         model_->answer_hit_i = a.hit;
         model_->answer_t_i = golden::float_bits(a.t);
         model_->answer_u_i = golden::float_bits(a.u);
@@ -107,8 +109,8 @@ class Bench {
         ++launched;
         launch = false;
       }
-      if (reply && model_->reply_ready_o) replies_.pop_front(), reply = false;
-      if (answer && model_->answer_ready_o) answers_.pop_front(), answer = false;
+      if (reply && model_->reply_ready_o) reply.reset();
+      if (answer && model_->answer_ready_o) answer.reset();
       if (model_->request_valid_o && model_->request_ready_i) {
         Pair& pair = pairs_[model_->request_thread_o];
         const std::size_t at = model_->request_address_o;
@@ -182,6 +184,22 @@ class Bench {
     std::vector<Vector> memory;
   };
 
+  /// The first of a thread that has waited long enough: threads overtake each other.
+  template <typename Item>
+  std::optional<Item> take(std::deque<Item>& items) const {
+    std::uint64_t passed = 0;  // threads with an earlier one
+    for (auto item = items.begin(); item != items.end(); ++item) {
+      const std::uint64_t thread = std::uint64_t{1} << item->thread;
+      if (item->at <= model_.clock() && (passed & thread) == 0) {
+        const Item taken = *item;
+        items.erase(item);
+        return taken;
+      }
+      passed |= thread;
+    }
+    return std::nullopt;
+  }
+
   std::string say(const std::string& what) const {
     return what + ", clock " + std::to_string(model_.clock()) + ", program of seed " + std::to_string(seed_);
   }
@@ -239,13 +257,11 @@ class Bench {
     for (std::size_t slot = 0; slot <= kSlotAddr; ++slot)
       if (!same_bits(pair.slots[slot], slot_of(thread, slot))) return "slot " + std::to_string(slot) + where;
     if (thread.status != kStatusRunning) {
-      // A fault of a texture operation is told before the result is read.
       for (std::size_t at = 0; at < pair.memory.size(); ++at)
         if (!same_bits(pair.memory[at], pair.expected_memory[at])) return "memory at " + std::to_string(at) + where;
       if (model_->steps_o != thread.steps) return "steps" + where;
       ended_[static_cast<std::size_t>(thread.parameters[3])] = thread;
       pair.there = false;
-      ended_on_[number] = true;
       return "";
     }
     if (model_->place_o != thread.place)
@@ -265,7 +281,6 @@ class Bench {
   std::deque<Reply> replies_;
   std::deque<Answer> answers_;
   std::map<std::size_t, Thread> ended_;
-  std::map<std::size_t, bool> ended_on_;
 };
 
 class RtlSpu : public ::testing::TestWithParam<Traffic> {};
