@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Passes every test: set-up, release build, ctest, format and lint, the tests that read input under sanitizers, and a minute of
-# fuzzing of each loader.
+# Passes every test: set-up, release build, ctest, format and lint, the tests that read input under sanitizers, and
+# fuzzing: a minute of each loader, 20 s of the assembler.
 # What takes longer, coverage of the RTL among it, is scripts/nightly.
 # usage: scripts/test.sh
 # RETRACE_SEED chooses another seed for all randomised tests.
@@ -20,15 +20,16 @@ step "format and lint"
 scripts/lint.sh
 scripts/rtl_lint.sh --require-yosys
 step "sanitizer build (address, undefined behaviour; fuzz targets)"
-scripts/build.sh asan sanitized gltf_fuzz image_fuzz
+scripts/build.sh asan sanitized gltf_fuzz image_fuzz asm_fuzz
 step "tests under sanitizers"
 ctest --preset asan -L sanitized -j "$(nproc)"
 
-step "fuzzing: glTF loader and memory image, a minute each"
+step "fuzzing: glTF loader and memory image, a minute each, and the assembler, 20 s"
 pids=()
-for target in gltf image; do
+declare -A seconds=([gltf]=60 [image]=60 [asm]=20)
+for target in gltf image asm; do
   mkdir -p "out/fuzz/$target"
-  "build/asan/tests/fuzz/${target}_fuzz" -max_total_time=60 -timeout=20 -rss_limit_mb=3000 -artifact_prefix=out/fuzz/ \
+  "build/asan/tests/fuzz/${target}_fuzz" -max_total_time="${seconds[$target]}" -timeout=20 -rss_limit_mb=3000 -artifact_prefix=out/fuzz/ \
     "out/fuzz/$target" "tests/fuzz/corpus/$target" >"out/fuzz/$target.log" 2>&1 &
   pids+=($!)
 done

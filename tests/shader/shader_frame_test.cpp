@@ -103,6 +103,89 @@ TEST(ShaderFrame, normals_and_materials_come_from_memory) {
   EXPECT_GT(faces, 50);
 }
 
+// Phong's shading and its shadows by the renderer's own surfaces, offsets and rays, in doubles.
+struct Agreement {
+  int lit = 0, dark = 0;
+  int otherwise = 0;                  ///< pixels of another surface, or in shadow for one and not for the other
+  double psnr = 0, psnr_of_rest = 0;  ///< of all pixels; without those
+};
+Agreement phong_agreement(Stage& stage) {
+  Agreement result;
+  const ShaderProgram program = find_shader_program("phong");
+  const ShaderScene made = make_shader_scene(program, stage.surfaces, stage.camera, kWidth, kHeight);
+  const auto& c = made.setting.constants;
+  const ShaderFrame frame = stage.draw(program);
+  const glm::dvec3 light = glm::dvec3(c[7][0], c[7][1], c[7][2]) / stage.grid.transform.scale;
+  const auto trace = [&](const WorldRay& ray, bool any) {
+    std::array<GridRay, 1> rays{quantise(ray, stage.grid.transform, stage.grid.box, any)};
+    std::array<Hit, 1> found{};
+    if (!rays[0].outside) stage.engine->trace(rays, found, {}, {});
+    return found[0];
+  };
+  double squares = 0, rest = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const WorldRay ray = stage.camera.ray(x + 0.5, y + 0.5, kWidth, kHeight);
+      const glm::dvec3 along = glm::normalize(ray.direction);
+      const Hit hit = trace(ray, false);
+      glm::dvec3 colour;
+      if (hit.hit()) {
+        const SurfacePoint point = stage.surfaces.at(hit, along);
+        const glm::dvec3 to_light = light - point.position, towards = glm::normalize(to_light);
+        const double facing = glm::dot(point.normal, towards);
+        bool shadow = facing <= 0;
+        if (!shadow) shadow = trace(stage.surfaces.leave(point, towards, glm::length(to_light)), true).hit();
+        shadow ? ++result.dark : ++result.lit;
+        const glm::dvec3 direct = shadow ? glm::dvec3(0) : glm::dvec3(c[8][0], c[8][1], c[8][2]) * facing;
+        const double s = std::clamp(glm::dot(glm::reflect(along, point.normal), towards), 0.0, 1.0);
+        const double highlight = 0.25 * s / (c[8][3] * (1 - s) + s);
+        colour = (direct + static_cast<double>(c[7][3])) * glm::dvec3(point.base) + glm::dvec3(point.emissive) +
+                 direct * highlight;
+      } else {
+        const double up = 0.5 * along.y + 0.5;
+        for (int k = 0; k < 3; ++k) {
+          const auto i = static_cast<std::size_t>(k);
+          colour[k] = c[9][i] + up * (c[10][i] - c[9][i]);
+        }
+      }
+      const float* shown = frame.color.at(x, y);
+      double pixel = 0;
+      for (int k = 0; k < 3; ++k) {
+        const double apart = std::min(1.0, colour[k]) - std::min(1.0, static_cast<double>(shown[k]));
+        pixel += apart * apart;
+      }
+      constexpr double kOtherwise = 0.02;
+      squares += pixel;
+      if (pixel > kOtherwise * kOtherwise)
+        ++result.otherwise;
+      else
+        rest += pixel;
+    }
+  }
+  const auto psnr = [](double sum) { return -10 * std::log10(sum / (3 * kWidth * kHeight)); };
+  result.psnr = psnr(squares);
+  result.psnr_of_rest = psnr(rest);
+  return result;
+}
+
+TEST(ShaderFrame, phong_with_shadows_is_the_renderers) {
+  for (const char* name : {"box", "room", "knot"}) {
+    SceneParameters parameters;
+    if (std::string(name) == "room") parameters["detail"] = 0.02;
+    Stage stage(make_scene(name, parameters));
+    const Agreement found = phong_agreement(stage);
+    std::printf(
+        "%s: phong with shadows, PSNR %.1f dB against the renderer's surfaces in doubles, %.1f dB without %d pixels "
+        "that "
+        "see or shade another surface; %d pixels lit, %d in shadow\n",
+        name, found.psnr, found.psnr_of_rest, found.otherwise, found.lit, found.dark);
+    EXPECT_GT(found.psnr_of_rest, 60) << name;
+    EXPECT_LE(found.otherwise, kWidth * kHeight / 200) << name;
+    EXPECT_GT(found.lit, 0) << name;
+    EXPECT_GT(found.dark, 0) << name;
+  }
+}
+
 TEST(ShaderFrame, every_picture_of_the_library) {
   Stage stage(make_scene("knot"));
   std::string names = shader_program_names() + ", ";
