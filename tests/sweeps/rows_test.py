@@ -203,7 +203,7 @@ class Nights(unittest.TestCase):
             text = (ROOT / name).read_text(encoding="utf-8")
             self.assertNotIn("nightly" + ".sh", text, name)
             for run in re.findall(r"scripts/nightly ([a-z_]+)(?:`|$)", text, re.MULTILINE):
-                self.assertIn(run, targets.NIGHT["run"], name)
+                self.assertIn(run, list(targets.NIGHT["run"]), name)
                 named += 1
         self.assertGreater(named, 3)
 
