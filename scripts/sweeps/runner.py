@@ -2,6 +2,7 @@
 
 A sweep's options: target, size, engine, seed, seeds, scene and only, which choose its jobs; jobs, slurm and partition, which say where they run; build and output.
 """
+import contextlib
 import dataclasses
 import fcntl
 import hashlib
@@ -11,6 +12,7 @@ import pathlib
 import re
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 
@@ -82,7 +84,7 @@ def snakemake(plan, options):
             command += ["--default-resources", "slurm_partition=%s" % options.partition]
     with open(options.folder / "snakemake.log", "a", encoding="utf-8") as log:
         step = subprocess.Popen([str(word) for word in command], cwd=ROOT, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.PIPE, text=True,
-                                env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
+                                env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}, start_new_session=True)
         try:
             for line in step.stderr:
                 log.write(line)
@@ -90,13 +92,13 @@ def snakemake(plan, options):
                     print(line, end="", file=sys.stderr, flush=True)
             return step.wait()
         finally:
-            # After a signal: Snakemake ends its jobs.
+            # After a signal: Snakemake and its jobs on this machine, each of which ends its command; in time, those that are still there as well.
             if step.poll() is None:
-                step.terminate()
-                try:
+                os.killpg(step.pid, signal.SIGTERM)
+                with contextlib.suppress(subprocess.TimeoutExpired):
                     step.wait(30)
-                except subprocess.TimeoutExpired:
-                    step.kill()
+                with contextlib.suppress(ProcessLookupError):
+                    os.killpg(step.pid, signal.SIGKILL)
 
 
 def collect(plan, folder):
