@@ -614,8 +614,9 @@ EngineKind golden_engine_kind() {
   kind.make = [](const GridScene& scene, const MemoryImage& image, const std::string&) {
     return make_golden_engine(scene, image);
   };
-  kind.make_pixels = [](const GridScene& scene, const MemoryImage& image, const ShadeTable& table,
-                        const std::string&) { return make_golden_pixels(scene, image, table); };
+  kind.make_pixels = [](const GridScene& scene, const MemoryImage& image, const ShadeTable& table, const std::string&) {
+    return make_golden_pixels(scene, image, table);
+  };
   return kind;
 }
 

@@ -11,7 +11,8 @@ namespace retrace::cli {
 void run_on_chip(const RenderArguments& a, const Common& common) {
   const EngineKind& kind = find_engine(a.engine);
   if (!kind.make_pixels)
-    throw UsageError("engine " + kind.name + " makes no pictures by itself: --on-chip takes engine golden, csim or rtl");
+    throw UsageError("engine " + kind.name +
+                     " makes no pictures by itself: --on-chip takes engine golden, csim or rtl");
   if (!a.aovs.empty()) throw UsageError("--on-chip writes the picture alone: no --aov");
   ChipOptions options;
   options.width = a.options.width;
