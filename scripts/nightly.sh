@@ -26,6 +26,7 @@ run sweeps "scripts/setup.sh --sweeps && python3 tests/sweeps/sweep_test.py"
 run slurm "scripts/setup.sh --slurm && python3 tests/sweeps/slurm_test.py"
 run ring_schedules "env RETRACE_RING_SCHEDULES=1000000 build/release/tests/csim/ring_test --gtest_filter=Ring.no_order*"
 run mutants "scripts/mutants.sh"
+run kernel_mutants "scripts/kernel_mutants.py"
 
 if [ "${1:-}" = --list ]; then
   for name in "${names[@]}"; do printf '%-14s %s\n' "$name" "${commands[$name]}"; done
