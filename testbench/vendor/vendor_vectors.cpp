@@ -97,9 +97,10 @@ void write_stage(const std::string& folder, const char* stage, Vector vector, Re
        words_to_text(words, row, true));
 }
 
-/// Rows of words, at most kVectors of them, from all over the runs that make them.
+/// Rows of words: those that are kept, and of the others at most kVectors from all over the runs that make them.
 struct Rows {
-  std::vector<std::vector<std::uint64_t>> rows;
+  std::vector<std::vector<std::uint64_t>> rows, kept;
+  bool keep = false;
 
   template <typename... Words>
   void add(const Words&... words) {
@@ -109,10 +110,11 @@ struct Rows {
       for (int i = 0; i < kParts; ++i) row.push_back(static_cast<ap_uint<64>>(word >> (64 * i)).to_uint64());
     };
     (append(words), ...);
-    rows.push_back(row);
+    (keep ? kept : rows).push_back(row);
   }
   void save_as(const std::string& folder, const std::string& kernel, const std::string& what) const {
     std::vector<std::uint64_t> words;
+    for (const std::vector<std::uint64_t>& row : kept) words.insert(words.end(), row.begin(), row.end());
     const std::size_t step = std::max<std::size_t>(1, rows.size() / kVectors);
     for (std::size_t i = 0; i < rows.size() && i / step < kVectors; i += step)
       words.insert(words.end(), rows[i].begin(), rows[i].end());
@@ -233,6 +235,21 @@ void write_streaming(const std::string& folder) {
     generate.add(stream_word<rh::ray_setup_in_word_t>(eyes.rays[i]), rh::note_word_t(eyes.notes[i].pack()));
     if (eyes.notes[i].active) rays.push_back(eyes.rays[i]);
   }
+  // Rays along diagonals, which cross two planes of the grid at once.
+  const std::size_t eye_rays = rays.size();
+  const contract::GridHeaderRecord& header = image.header();
+  for (int still = 0; still < 3; ++still)
+    for (const int sign : {-1, 1}) {
+      contract::RaySetupInRecord ray{.t_max = (1u << contract::kTLimitBits) - 1, .box = grid.box};
+      for (int a = 0; a < 3; ++a) {
+        const std::int32_t plane =
+            header.lower[a] + header.side[a] * static_cast<std::int32_t>(header.resolution[a] / 2);
+        ray.origin[a] = a == still ? plane + header.side[a] / 2 : plane - sign * 1000;
+        ray.direction[a] = a == still ? 0 : sign * (11 << 22);
+      }
+      rays.push_back(ray);
+    }
+  const std::size_t diagonals_end = rays.size();
   Random random(kSeed);
   for (const GridRay& ray : make_test_rays(grid, build_kd(grid), kVectors, random))
     if (!ray.outside)
@@ -261,6 +278,7 @@ void write_streaming(const std::string& folder) {
     material_memory[i] |= rh::word_t(material_words[2 * i]);
   }
   for (std::size_t i = 0; i < rays.size(); ++i) {
+    for (Rows* each : {&setup, &traverse, &trace}) each->keep = i >= eye_rays && i < diagonals_end;
     in.write(stream_word<rh::ray_setup_in_word_t>(rays[i]));
     ray_setup_top(in, ray_words);
     const rh::ray_setup_out_word_t ray = ray_words.read();

@@ -16,13 +16,13 @@
 
 // Words of 64 bits, lowest first: the memory image, 4 words a ray, 2 words a hit.
 static const std::uint64_t kImage[] = {
-#include "../testbench/vendor/data/image.inc"
+#include "../data/image.inc"
 };
 static const std::uint64_t kRays[] = {
-#include "../testbench/vendor/data/rays.inc"
+#include "../data/rays.inc"
 };
 static const std::uint64_t kHits[] = {
-#include "../testbench/vendor/data/hits.inc"
+#include "../data/hits.inc"
 };
 
 /// Places of the arguments of retrace_trace.
