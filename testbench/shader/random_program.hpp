@@ -90,12 +90,18 @@ inline void condition(Random& random, Instruction& in) {
   in.all = random.chance(2);
 }
 
-inline Instruction instruction(Random& random, std::uint32_t place, std::uint32_t length) {
+/// How calls of a program are: now and then, or one after the other without a way back, by few registers or by many.
+enum class Calls { kSome, kDeep, kWide };
+
+inline Instruction instruction(Random& random, std::uint32_t place, std::uint32_t length, Calls calls) {
   const auto jump = [&] {  // mostly ahead
     const std::uint64_t to = random.chance(8) ? random.below(length + 2) : place + 1 + random.below(6);
     return static_cast<std::uint32_t>(std::min<std::uint64_t>(to, kProgramWords - 1));
   };
-  const auto push = [&] { return static_cast<std::uint32_t>(random.chance(8) ? random.below(16) : random.below(3)); };
+  const auto push = [&] {
+    if (calls != Calls::kSome) return static_cast<std::uint32_t>(random.below(calls == Calls::kWide ? 16 : 2));
+    return static_cast<std::uint32_t>(random.chance(8) ? random.below(16) : random.below(3));
+  };
   Instruction in;
   for (Source* each : {&in.a, &in.b, &in.c}) *each = source(random);
   const std::uint64_t kind = random.below(100);
@@ -128,6 +134,13 @@ inline Instruction instruction(Random& random, std::uint32_t place, std::uint32_
   }
   condition(random, in);
   if (in.op > kOpDp4 || random.chance(3)) return in;
+  if (calls != Calls::kSome && random.chance(2)) {
+    in.second = kSecondCall;
+    in.payload = encode(CallPayload{place + 1, push()});
+    in.classes = 15;
+    in.lanes = 1;
+    return in;
+  }
   switch (random.below(16)) {
     case 0:
     case 1:
@@ -181,8 +194,11 @@ inline Instruction instruction(Random& random, std::uint32_t place, std::uint32_
 inline RandomProgram make_random_program(Random& random) {
   RandomProgram made;
   const auto length = static_cast<std::uint32_t>(1 + random.below(kRandomProgramWords));
+  using random_program::Calls;
+  const Calls calls = !random.chance(5) ? Calls::kSome : random.chance(2) ? Calls::kDeep : Calls::kWide;
   while (made.words.size() < length) {
-    Word word = encode(random_program::instruction(random, static_cast<std::uint32_t>(made.words.size()), length));
+    Word word =
+        encode(random_program::instruction(random, static_cast<std::uint32_t>(made.words.size()), length, calls));
     if (random.chance(100)) {
       const std::uint64_t bit = random.below(kWordBits);
       word[bit / 64] ^= std::uint64_t{1} << bit % 64;

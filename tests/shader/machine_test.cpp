@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cinttypes>
 #include <cmath>
 #include <fstream>
@@ -227,6 +228,22 @@ TEST(Machine, every_fault_is_a_status) {
     EXPECT_EQ(status_of(machine.run()), each.status) << each.text;
     EXPECT_LE(machine.thread.steps, machine.setting.step_limit);
   }
+}
+
+// Bits that are no number elsewhere are numbers here, wherever they come from.
+TEST(Machine, every_pattern_of_bits_is_a_number) {
+  const auto bits = [](std::uint32_t x) { return std::bit_cast<float>(x); };
+  const Vector strange{bits(0x7fc00001), bits(0xff800000), bits(0x00000001), bits(0x807fffff)};
+  const Vector read{kGreatest, -kGreatest, 0.0f, -0.0f};
+  Machine machine("load I0,A.x,1\nmov R0,I0\nmov R1,C0\nmov R2,P\nmul R3,I0,0.0\nadd R4,I0,-I0\ncall HIT.w push 0");
+  machine.memory[1] = machine.setting.constants[0] = machine.thread.parameters = strange;
+  machine.memory[0] = strange;  // as a material, its place is the greatest number
+  machine.run();
+  for (const std::size_t i : {0, 1, 2})
+    for (std::size_t c = 0; c < 4; ++c)
+      EXPECT_EQ(golden::float_bits(machine.r(i)[c]), golden::float_bits(read[c])) << i;
+  for (const std::size_t i : {3, 4}) EXPECT_EQ(machine.r(i), (Vector{})) << i;
+  EXPECT_EQ(status_of(machine.thread), "bad_place");
 }
 
 // Words that nobody wrote: the machine ends, with a status, and touches nothing outside.
