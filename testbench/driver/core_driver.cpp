@@ -245,7 +245,7 @@ CoreCounters CoreDriver::counters() {
 #define RT_UNIT(member, name, units)                                            \
   c.member.busy = device_.read_register(RT_OFFSET(counters.name##_busy));       \
   c.member.starved = device_.read_register(RT_OFFSET(counters.name##_starved)); \
-  c.member.blocked = static_cast<std::uint32_t>(c.clocks * (units) - c.member.busy - c.member.starved)
+  c.member.blocked = static_cast<std::uint32_t>(c.clocks * (units)-c.member.busy - c.member.starved)
   RT_UNIT(lanes, lane, static_cast<std::uint64_t>(identity_.lanes));
   RT_UNIT(leaf_unit, leaf, 1);
   RT_UNIT(references, reference, 1);
