@@ -32,10 +32,11 @@ if [ -e "$output" ]; then
   first=$(find "$output" -mindepth 1 -print -quit)
   if [ -n "$first" ]; then
     [ -f "$output/SHA256SUMS" ] || fail "'$output' is not empty and not a package ('$first')"
+    listed=$(cut -c67- "$output/SHA256SUMS")
     while IFS= read -r file; do
       name=${file#"$output"/}
       case $name in SHA256SUMS | $archive) continue ;; esac
-      cut -c67- "$output/SHA256SUMS" | grep -qxF -- "$name" || fail "'$output' holds '$name', which no package does; remove it or choose another folder"
+      grep -qxF -- "$name" <<<"$listed" || fail "'$output' holds '$name', which no package does; remove it or choose another folder"
     done < <(find "$output" -mindepth 1 ! -type d)
     changed=$(cd "$output" && LC_ALL=C sha256sum --check --quiet SHA256SUMS 2>/dev/null | head -1) || true
     [ -z "$changed" ] || fail "'$output' was changed (${changed}); remove it or choose another folder"

@@ -30,7 +30,7 @@ if [ "${1:-}" = --slurm ]; then packages=(git python3 python3-venv slurm-wlm mun
 
 missing=()
 for package in "${packages[@]}"; do
-  dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
+  grep -q 'ok installed' <<<"$(dpkg-query -W -f='${Status}' "$package" 2>/dev/null)" || missing+=("$package")
 done
 if ((${#missing[@]})); then
   sudo=""

@@ -40,7 +40,10 @@ AXES:
     view.lower[axis] = header.lower[axis];
     view.side[axis] = header.side[axis];
     view.resolution[axis] = header.resolution[axis];
-    if (header.resolution[axis] == 0 || header.side[axis] <= 0) fits = 0;
+    if (header.resolution[axis] == 0 || header.side[axis] <= 0) {
+      fits = 0;
+      view.side[axis] = 1;  // nothing is divided by 0, although nothing comes of it
+    }
   }
   voxel_number_t voxels = header.resolution[0];
   voxels *= header.resolution[1];

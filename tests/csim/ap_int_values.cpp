@@ -60,14 +60,18 @@ void pair(const char* name, int bits_a, int bits_b) {
     const A a = draw<A>(bits_a);
     const B b = draw<B>(bits_b);
     const int small = static_cast<int>(generator() % 1000) - 500;
+    const A like = A(b);
     sums[kSum].number(a + b);
     sums[kDifference].number(a - b);
     sums[kProduct].number(a * b);
+    if constexpr (A::width <= 64) {  // by 0, and the least number by -1, is not defined
+      if (like != 0 && !(like + 1 == 0)) sums[kProduct].number(A(a / like));
+    }
     sums[kLogic].number(a & b);
     sums[kLogic].number(a | b);
     sums[kLogic].number(a ^ b);
-    const A like = A(b);
-    sums[kCompare].word((a == like) | (a != like) << 1 | (a < like) << 2 | (a > like) << 3 | (a <= like) << 4 | (a >= like) << 5);
+    sums[kCompare].word((a == like) | (a != like) << 1 | (a < like) << 2 | (a > like) << 3 | (a <= like) << 4 |
+                        (a >= like) << 5);
     const int by = static_cast<int>(generator() % static_cast<unsigned>(bits_a + 3));
     const ap_uint<7> wide_by = static_cast<unsigned>(by > 127 ? 127 : by);
     sums[kShift].number(a << by);
@@ -92,7 +96,8 @@ void pair(const char* name, int bits_a, int bits_b) {
     sums[kNative].number(a & 0xffu);
     sums[kNative].number(a * ap_int<11>(small));
     const int literal = A(-1) < A(0) ? small : small & 0x1ff;  // a number without a sign is compared with what has none
-    sums[kNative].word((a == literal) | (a < literal) << 1 | (literal <= a) << 2 | (a > 5) << 3 | (a != 1) << 4 | (a >= 3) << 5);
+    sums[kNative].word((a == literal) | (a < literal) << 1 | (literal <= a) << 2 | (a > 5) << 3 | (a != 1) << 4 |
+                       (a >= 3) << 5);
     sums[kUnary].number(-a);
     sums[kUnary].number(A(~a));
     sums[kUnary].word(!a ? 1 : 0);
@@ -117,10 +122,11 @@ void pair(const char* name, int bits_a, int bits_b) {
     c = small;
     sums[kConvert].number(c);
   }
-  for (int group = 0; group < kGroups; ++group) std::printf("%s %s %016" PRIx64 "\n", name, names[group], sums[group].value);
-  std::printf("%s widths %d %d %d %d %d\n", name, static_cast<int>(decltype(A() + B())::width), static_cast<int>(decltype(A() - B())::width),
-              static_cast<int>(decltype(A() * B())::width), static_cast<int>(decltype(A() & B())::width),
-              static_cast<int>(decltype(A() + 1)::width));
+  for (int group = 0; group < kGroups; ++group)
+    std::printf("%s %s %016" PRIx64 "\n", name, names[group], sums[group].value);
+  std::printf("%s widths %d %d %d %d %d\n", name, static_cast<int>(decltype(A() + B())::width),
+              static_cast<int>(decltype(A() - B())::width), static_cast<int>(decltype(A() * B())::width),
+              static_cast<int>(decltype(A() & B())::width), static_cast<int>(decltype(A() + 1)::width));
 }
 
 template <int Bits, int Other>
