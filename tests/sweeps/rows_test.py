@@ -105,7 +105,7 @@ class Values(unittest.TestCase):
 
     def test_cores_join_clocks_and_cells(self):
         cores = targets.TARGETS["cores"]
-        jobs = cores.jobs(options(size="default"))
+        jobs = cores.jobs(options(size="default", build=pathlib.Path("a folder without a build")))
         self.assertNotIn("saarcor", " ".join(job["name"] for job in jobs))  # two levels
         printed = "room 48x36: 120 rays, 0 differ from csim\n  %.2f clocks/ray, 1.0 node steps/clock\n  bytes/ray read 370.4 written 16.6; hit rate node 0.9\n"
         records = []
