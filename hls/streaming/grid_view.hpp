@@ -18,6 +18,20 @@ struct grid_view {
 
 // 0, or a RetraceFault.
 inline int read_grid(const word_t* grid, const ap_uint<32>& image_lines, grid_view& view) {
+  // A grid of one voxel, which rays of an image that is none are set up in: nothing comes of them, but nothing is divided by 0 either.
+NO_GRID:
+  for (int axis = 0; axis < 3; ++axis) {
+    RT_UNROLL
+    view.lower[axis] = 0;
+    view.side[axis] = 1;
+    view.resolution[axis] = 1;
+  }
+  view.voxel_offset = 0;
+  view.list_offset = 0;
+  view.triangle_offset = 0;
+  view.list_count = 0;
+  view.triangle_count = 0;
+  view.step_limit = 0;
   if (image_lines < contract::kGridHeaderBytes / 64) return kFaultLayout;
   word_t words[kGridHeaderWords];
 GRID_HEADER:
@@ -42,7 +56,7 @@ AXES:
     view.resolution[axis] = header.resolution[axis];
     if (header.resolution[axis] == 0 || header.side[axis] <= 0) {
       fits = 0;
-      view.side[axis] = 1;  // nothing is divided by 0, although nothing comes of it
+      view.side[axis] = 1;
     }
   }
   voxel_number_t voxels = header.resolution[0];
