@@ -45,10 +45,10 @@ package rt_config_pkg;
   localparam config_t ConfigEcp5l2 = '{
       levels: 1, lanes: 2, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 2048, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128, triangle_lines: 1024,
       ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, leaf_returns: 0, pixels: 0};
-  // Six lanes; the block RAMs of the part hold half a node cache for each.
+  // Six lanes; the block RAMs of the part hold half a node cache for each. Its result unit would be the wall, so empty leaves return past it.
   localparam config_t ConfigEcp5l6 = '{
       levels: 1, lanes: 6, contexts_per_lane: 32, data_bits: 64, granule_bytes: 8, node_pairs: 1024, node_line_pairs: 1, leaf_lines: 1024, list_lines: 128, triangle_lines: 1024,
-      ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, leaf_returns: 0, pixels: 0};
+      ways: 2, mshrs: 8, mail_entries: 8, hit_lines: 16, fill_hops: 1, launch_hops: 1, leaf_hops: 1, leaf_returns: 1, pixels: 0};
   // Two lanes for a memory that reads 64 bytes at a time, such as DRAM behind a controller.
   localparam config_t ConfigEcp5g64 = '{
       levels: 1, lanes: 2, contexts_per_lane: 32, data_bits: 64, granule_bytes: 64, node_pairs: 2048, node_line_pairs: 4, leaf_lines: 1024, list_lines: 128, triangle_lines: 1024,
