@@ -199,17 +199,11 @@ class GoldenEngine final : public Engine {
     if (hits.size() != rays.size() || (!work.empty() && work.size() != rays.size()))
       throw Error("golden engine: sizes of rays, hits and work differ");
     check_mailbox(options);
-    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
-    arena.execute([&] {
-      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rays.size(), kBlock), [&](const auto& range) {
-        for (std::size_t i = range.begin(); i != range.end(); ++i) {
-          RayWork count;
-          std::uint32_t number = 0;
-          hits[i] = rays[i].outside ? Hit{} : trace_one(rays[i].record, options, count, number);
-          if (!work.empty()) work[i] = count;
-        }
-        if (options.done) *options.done += range.size();
-      });
+    in_parallel(rays.size(), options, [&](std::size_t i) {
+      RayWork count;
+      std::uint32_t number = 0;
+      hits[i] = rays[i].outside ? Hit{} : trace_one(rays[i].record, options, count, number);
+      if (!work.empty()) work[i] = count;
     });
   }
 
@@ -217,22 +211,16 @@ class GoldenEngine final : public Engine {
   void trace_placed(std::span<const contract::RayRecord> rays, std::span<contract::PlacedHitRecord> hits,
                     const TraceOptions& options) const {
     check_mailbox(options);
-    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
-    arena.execute([&] {
-      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rays.size(), kBlock), [&](const auto& range) {
-        for (std::size_t i = range.begin(); i != range.end(); ++i) {
-          RayWork count;
-          std::uint32_t number = 0;
-          const Hit hit = trace_one(rays[i], options, count, number);
-          hits[i] = {};
-          hits[i].status = hit.status;
-          hits[i].id = hit.id;
-          if (!hit.hit()) continue;
-          hits[i].t = static_cast<std::uint32_t>(std::floor(std::ldexp(hit.t, contract::kTLimitFrac)));
-          hits[i].number = number;
-        }
-        if (options.done) *options.done += range.size();
-      });
+    in_parallel(rays.size(), options, [&](std::size_t i) {
+      RayWork count;
+      std::uint32_t number = 0;
+      const Hit hit = trace_one(rays[i], options, count, number);
+      hits[i] = {};
+      hits[i].status = hit.status;
+      hits[i].id = hit.id;
+      if (!hit.hit()) return;
+      hits[i].t = static_cast<std::uint32_t>(std::floor(std::ldexp(hit.t, contract::kTLimitFrac)));
+      hits[i].number = number;
     });
   }
 
@@ -266,6 +254,18 @@ class GoldenEngine final : public Engine {
   }
 
  private:
+  /// `trace(i)` for every ray, on the threads that the options give.
+  template <typename Trace>
+  static void in_parallel(std::size_t rays, const TraceOptions& options, const Trace& trace) {
+    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+    arena.execute([&] {
+      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rays, kBlock), [&](const auto& range) {
+        for (std::size_t i = range.begin(); i != range.end(); ++i) trace(i);
+        if (options.done) *options.done += range.size();
+      });
+    });
+  }
+
   static void check_mailbox(const TraceOptions& options) {
     if (options.mailbox < 0 || options.mailbox > Mailbox::kMaxEntries)
       throw Error("golden engine: mailbox must have 0 to " + std::to_string(Mailbox::kMaxEntries) + " entries");
