@@ -175,16 +175,7 @@ module rt_entry #(
     assign lets_in        = !in_valid_i && !held_q && ray_ready && free_q != '0;
     assign camera_ready_o = lets_in;
     assign leaves         = made_valid_o && made_ready_i;
-    assign made           = '{
-            tag: tag.entry.steps,
-            bad: ray.bad[0],
-            enters: ray.enters[0],
-            start: ray.start,
-            scale: ray.scale,
-            t_max: ray.t_max,
-            direction: ray.direction,
-            origin: ray.origin
-        };
+    assign made           = rt_core_pkg::made_ray_of(tag.entry.steps, ray);
     always_ff @(posedge clk_i) begin
       free_q <= free_q + CountBits'(leaves) - CountBits'(camera_valid_i && lets_in);
       if (!rst_ni) free_q <= CountBits'(MadeRays);

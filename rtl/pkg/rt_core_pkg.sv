@@ -154,6 +154,19 @@ package rt_core_pkg;
     rt_contract_pkg::direction_t direction;
     walk_axis_t                  walk;
   } ray_axis_t;
+  function automatic made_ray_t made_ray_of(ray_tag_t tag, rt_contract_pkg::instance_enter_out_record_t ray);
+    return '{
+        tag: tag,
+        bad: ray.bad[0],
+        enters: ray.enters[0],
+        start: ray.start,
+        scale: ray.scale,
+        t_max: ray.t_max,
+        direction: ray.direction,
+        origin: ray.origin
+    };
+  endfunction
+
   function automatic walk_ray_t walk_ray_of(walk_axis_t [Axes-1:0] axes);
     for (int unsigned a = 0; a < Axes; a++) begin
       walk_ray_of.negative[a]   = axes[a].negative;

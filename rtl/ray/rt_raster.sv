@@ -267,16 +267,7 @@ module rt_raster #(
       camera.data.e     = camera_i.e;
       camera.data.box   = camera_i.box;
       camera.data.reach = camera_i.reach;
-      entry             = '{
-          tag: tag,
-          bad: ray.bad[0],
-          enters: ray.enters[0],
-          start: ray.start,
-          scale: ray.scale,
-          t_max: ray.t_max,
-          direction: ray.direction,
-          origin: ray.origin
-      };
+      entry             = rt_core_pkg::made_ray_of(tag, ray);
     end
     rt_object_ray #(
         .tag_t(rt_core_pkg::ray_tag_t)
